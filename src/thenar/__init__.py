@@ -1,0 +1,1 @@
+"""thenar: supervisory control of discrete-event systems."""

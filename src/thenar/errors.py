@@ -1,0 +1,110 @@
+"""The exceptions of thenar: one tree, each error naming the thing, the place and the way out.
+
+::
+
+    ThenarError
+    ├── InputError            what was given is wrong; the command line exits with 2
+    │   ├── UnknownName       no event, state, automaton or model has that name
+    │   ├── ModelError        a model cannot be built; ``mistakes`` lists every reason
+    │   ├── AlphabetClash     one event, two meanings (controllable here, uncontrollable there)
+    │   └── CertificateError  a file is not a certificate, or not a whole one
+    └── LimitReached          a computation stopped at one of its ``limits``; carries what was found out
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+
+__all__ = [
+    "AlphabetClash",
+    "CertificateError",
+    "InputError",
+    "LimitReached",
+    "Mistake",
+    "ModelError",
+    "ThenarError",
+    "UnknownName",
+    "did_you_mean",
+]
+
+
+class ThenarError(Exception):
+    """Base of every exception that thenar raises on purpose."""
+
+
+class InputError(ThenarError):
+    """What the caller gave is wrong; nothing was computed and nothing was written."""
+
+
+class UnknownName(InputError, KeyError):
+    """No ``kind`` is called ``name``; the message offers the nearest name that exists.
+
+    >>> raise UnknownName("event", "aproach_1", ["approach_1", "approach_2"])
+    Traceback (most recent call last):
+    thenar.errors.UnknownName: unknown event 'aproach_1'; did you mean 'approach_1'?
+    """
+
+    def __init__(self, kind: str, name: object, known: Iterable[str], where: str = "") -> None:
+        prefix = f"{where}: " if where else ""
+        super().__init__(f"{prefix}unknown {kind} {name!r}{did_you_mean(str(name), known)}")
+
+    def __str__(self) -> str:  # KeyError would show the repr of the message
+        return str(self.args[0])
+
+
+@dataclass(frozen=True, slots=True)
+class Mistake:
+    """One thing that is wrong in a model: ``where`` it is (file and line, or a name) and ``what`` it is."""
+
+    where: str
+    what: str
+
+    def __str__(self) -> str:
+        return f"{self.where}: {self.what}" if self.where else self.what
+
+
+class ModelError(InputError):
+    """A model cannot be built.  ``mistakes`` holds all that is wrong with it, in the order of the source.
+
+    >>> raise ModelError([Mistake("hand.toml:3", "no initial state"), Mistake("hand.toml:9", "unknown event 'x'")])
+    Traceback (most recent call last):
+    thenar.errors.ModelError: hand.toml:3: no initial state   (1 of 2 problems)
+    hand.toml:9: unknown event 'x'   (2 of 2 problems)
+    """
+
+    def __init__(self, mistakes: Sequence[Mistake]) -> None:
+        self.mistakes = tuple(mistakes)
+        n = len(self.mistakes)
+        counted = [f"   ({k} of {n} problems)" if n > 1 else "" for k in range(1, n + 1)]
+        super().__init__("\n".join(f"{m}{c}" for m, c in zip(self.mistakes, counted, strict=True)))
+
+
+class AlphabetClash(InputError):
+    """The same event has different properties in two automata that are to be composed."""
+
+
+class CertificateError(InputError):
+    """A file is no certificate, or a damaged one."""
+
+
+class LimitReached(ThenarError):
+    """A computation stopped at one of its limits.
+
+    ``limit`` names it (``"states"``, ``"transitions"``, ``"bytes"`` or ``"seconds"``); ``states`` and
+    ``transitions`` are what had been found by then.
+    """
+
+    def __init__(self, limit: str, bound: float, states: int, transitions: int) -> None:
+        self.limit, self.bound, self.states, self.transitions = limit, bound, states, transitions
+        super().__init__(
+            f"stopped at the limit of {bound:,.6g} {limit}: {states:,} states and {transitions:,} transitions "
+            f"found so far; raise the limit ({limit}=...) or make the model smaller"
+        )
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """Return ``"; did you mean 'x'?"`` for the known name nearest to ``name``, or the empty string."""
+    near = get_close_matches(name, list(known), n=1, cutoff=0.6)
+    return f"; did you mean {near[0]!r}?" if near else ""

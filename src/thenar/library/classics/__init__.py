@@ -1,0 +1,1 @@
+"""Textbook models as functions that return a Problem."""

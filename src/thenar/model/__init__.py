@@ -1,0 +1,1 @@
+"""What things are: events, automata, problems, supervisors, traces.  Frozen data, lookup only."""

@@ -1,0 +1,137 @@
+"""State names, composed only when someone looks: a product of a million states costs no strings."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Composed", "Grouped", "Layout", "Listed", "Numbered", "StateNames"]
+
+SEPARATOR = "|"
+
+
+class StateNames(Protocol):
+    """Names of states 0 .. n-1, looked up one at a time."""
+
+    @abstractmethod
+    def __len__(self) -> int: ...
+    @abstractmethod
+    def __getitem__(self, state: int, /) -> str: ...
+    def take(self, states: NDArray[np.int64]) -> StateNames:
+        """Return the names of ``states``, renumbered 0 .. len(states)-1."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Listed:
+    """Names as the author of an automaton wrote them."""
+
+    names: tuple[str, ...]
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    def __getitem__(self, state: int, /) -> str:
+        return self.names[state]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.names)
+
+    def take(self, states: NDArray[np.int64]) -> StateNames:
+        """Return the names of ``states``."""
+        return Listed(tuple(self.names[s] for s in states.tolist()))
+
+
+@dataclass(frozen=True, slots=True)
+class Numbered:
+    """States that have no other name than their number."""
+
+    numbers: NDArray[np.int64]
+
+    def __len__(self) -> int:
+        return len(self.numbers)
+
+    def __getitem__(self, state: int, /) -> str:
+        return str(self.numbers[state])
+
+    def take(self, states: NDArray[np.int64]) -> StateNames:
+        """Return the numbers of ``states``."""
+        return Numbered(self.numbers[states])
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """Where a bit-packed product state keeps the state of each component.
+
+    Component i has ``bits[i]`` bits from bit ``shifts[i]`` on of the 64-bit word ``words[i]``.
+    """
+
+    words: tuple[int, ...]
+    shifts: tuple[int, ...]
+    bits: tuple[int, ...]
+
+    def unpack(self, keys: NDArray[np.uint64]) -> NDArray[np.int64]:
+        """Return (n, components) int64 component states of the packed ``keys`` (n, words)."""
+        columns = [
+            (keys[:, w] >> np.uint64(s)) & np.uint64((1 << b) - 1)
+            for w, s, b in zip(self.words, self.shifts, self.bits, strict=True)
+        ]
+        return np.stack(columns, axis=1).astype(np.int64) if columns else np.zeros((len(keys), 0), np.int64)
+
+
+@dataclass(frozen=True, slots=True)
+class Composed:
+    """States of a product: ``keys`` (n, words) uint64 hold the states of ``parts`` packed by ``layout``."""
+
+    parts: tuple[StateNames, ...]
+    labels: tuple[str, ...]
+    layout: Layout
+    keys: NDArray[np.uint64]
+
+    def __len__(self) -> int:
+        return len(self.keys)
+
+    def __getitem__(self, state: int, /) -> str:
+        local = self.coordinates(state)
+        return SEPARATOR.join(part[q] for part, q in zip(self.parts, local, strict=True))
+
+    def coordinates(self, state: int) -> tuple[int, ...]:
+        """Return the state of each component when the product is in ``state``."""
+        return tuple(self.layout.unpack(self.keys[[state]])[0].tolist())
+
+    def take(self, states: NDArray[np.int64]) -> StateNames:
+        """Return the names of ``states``."""
+        return Composed(self.parts, self.labels, self.layout, self.keys[states])
+
+
+@dataclass(frozen=True, slots=True)
+class Grouped:
+    """States that stand for sets of other states: state s is ``members[offsets[s]:offsets[s + 1]]``."""
+
+    names: StateNames
+    offsets: NDArray[np.int64]
+    members: NDArray[np.int64]
+
+    def __len__(self) -> int:
+        return len(self.offsets) - 1
+
+    def __getitem__(self, state: int, /) -> str:
+        group = self.members[self.offsets[state] : self.offsets[state + 1]].tolist()
+        return self.names[group[0]] if len(group) == 1 else "{" + ", ".join(self.names[q] for q in group) + "}"
+
+    def take(self, states: NDArray[np.int64]) -> StateNames:
+        """Return the names of ``states``."""
+        sizes = np.diff(self.offsets)[states]
+        offsets = np.concatenate(([0], np.cumsum(sizes))).astype(np.int64)
+        members = np.concatenate([self.members[self.offsets[s] : self.offsets[s + 1]] for s in states.tolist()] or [self.members[:0]])
+        return Grouped(self.names, offsets, members)
+
+
+def state_index(names: StateNames | Sequence[str], wanted: str) -> int | None:
+    """Return the first state called ``wanted``, or None; O(n) over composed names."""
+    return next((q for q in range(len(names)) if names[q] == wanted), None)

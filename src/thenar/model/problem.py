@@ -1,0 +1,89 @@
+"""The control problem: what the plant can do, and what it may do."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from thenar.errors import Mistake, ModelError
+from thenar.model.automaton import Automaton
+from thenar.model.display import Displayable
+from thenar.model.events import Alphabet, merge
+
+__all__ = ["Problem"]
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False, init=False)
+class Problem(Displayable):
+    """Find the largest controllable, nonblocking part of what ``plants`` can do and ``specs`` allow.
+
+    The plant is the synchronous product of ``plants``; the legal behaviour is that of the synchronous
+    product of ``plants`` and ``specs``: an event outside a specification's alphabet is always allowed by it.
+    ``alphabet`` orders the events, and so numbers the states; by default, in order of first mention.
+
+    Raises ModelError for no plant or two automata of one name, AlphabetClash for an event with two meanings.
+
+    >>> from thenar.library.classics import small_factory
+    >>> small_factory()
+    Problem 'small_factory(2)': 2 plants, 3 specs, 8 events (4 uncontrollable)
+    """
+
+    name: str
+    plants: tuple[Automaton, ...]
+    specs: tuple[Automaton, ...]
+    alphabet: Alphabet
+    description: str
+
+    def __init__(
+        self,
+        plants: Automaton | Iterable[Automaton],
+        specs: Automaton | Iterable[Automaton] = (),
+        *,
+        name: str = "",
+        alphabet: Alphabet | None = None,
+        description: str = "",
+    ) -> None:
+        plants = (plants,) if isinstance(plants, Automaton) else tuple(plants)
+        specs = (specs,) if isinstance(specs, Automaton) else tuple(specs)
+        automata = (*plants, *specs)
+        where = f"problem {name!r}" if name else "problem"
+        mistakes = [] if plants else [Mistake(where, "no plant; a problem needs at least one automaton that says what can happen")]
+        names = [a.name for a in automata if a.name]
+        mistakes += [Mistake(where, f"two automata are called {n!r}") for n in dict.fromkeys(names) if names.count(n) > 1]
+        merged = merge([a.alphabet for a in automata], [a.name or "an automaton without a name" for a in automata])
+        if alphabet is not None:
+            merge([alphabet, merged], ["the problem's alphabet", "its automata"])
+            mistakes += [Mistake(where, f"event {e!r} is not in the problem's alphabet") for e in merged.names if e not in alphabet]
+        if mistakes:
+            raise ModelError(mistakes)
+        for field, value in (
+            ("name", name),
+            ("plants", plants),
+            ("specs", specs),
+            ("alphabet", merged if alphabet is None else alphabet),
+            ("description", description),
+        ):
+            object.__setattr__(self, field, value)
+
+    @property
+    def automata(self) -> tuple[Automaton, ...]:
+        """The plants, then the specifications."""
+        return self.plants + self.specs
+
+    def automaton(self, name: str) -> Automaton:
+        """Return the plant or specification called ``name``."""
+        from thenar.errors import UnknownName
+
+        for a in self.automata:
+            if a.name == name:
+                return a
+        raise UnknownName("automaton", name, [a.name for a in self.automata], self.name)
+
+    def __repr__(self) -> str:
+        title = f"Problem {self.name!r}" if self.name else "Problem"
+        free = int(self.alphabet.uncontrollable.sum())
+        p, s = len(self.plants), len(self.specs)
+        return (
+            f"{title}: {p} plant{'s' * (p != 1)}, {s} spec{'s' * (s != 1)}, "
+            f"{len(self.alphabet)} events ({free} uncontrollable)"
+        )
