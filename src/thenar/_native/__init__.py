@@ -1,0 +1,1 @@
+"""C++20 kernels over int arrays."""

@@ -1,0 +1,1 @@
+"""Operations on automata as free functions over explicit states."""

@@ -1,0 +1,23 @@
+"""Model files: read one with :func:`load` or :func:`loads`, write one with :func:`save` or :func:`dumps`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from thenar.io.files import atomic_write
+from thenar.io.read import load, loads
+from thenar.io.write import dumps, save
+
+__all__ = ["atomic_write", "dumps", "json_schema", "load", "loads", "save"]
+
+
+def json_schema() -> dict[str, Any]:
+    """Return the JSON Schema of the model file; ``docs/schema/thenar-model.schema.json`` is its copy for editors.
+
+    >>> sorted(json_schema()["properties"])
+    ['$schema', 'automata', 'computed', 'description', 'events', 'name', 'published']
+    """
+    from thenar.io.schema import ModelFile, PlainSchema
+
+    draft = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
+    return draft | ModelFile.model_json_schema(schema_generator=PlainSchema)

@@ -1,0 +1,1 @@
+"""Ready models as functions that return a Problem."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -64,7 +64,7 @@ class Automaton(Displayable):
         marked: ArrayLike,
         initial: int = 0,
         name: str = "",
-        states: Sequence[str] | StateNames | None = None,
+        states: list[str] | tuple[str, ...] | StateNames | None = None,
     ) -> Automaton:
         """Build from arrays as in the class docstring; they are copied and checked, O(transitions).
 
@@ -96,7 +96,7 @@ class Automaton(Displayable):
         if states is None:
             names: StateNames = Numbered(np.arange(n))
         else:
-            names = states if hasattr(states, "take") else Listed(tuple(states))  # type: ignore[assignment, arg-type]
+            names = Listed(tuple(states)) if isinstance(states, (list, tuple)) else states
         return cls(name, alphabet, initial, o, e, t, m, names)
 
     @classmethod

@@ -119,8 +119,12 @@ def check_parts(parts: Parts, known: Alphabet) -> list[Complaint]:
         complaints.append((("initial",), "no initial state; write which state the automaton starts in"))
     elif parts.initial not in state_set:
         complaints.append((("initial",), _unknown("state", parts.initial, states)))
-    complaints += [(("marked", k), _unknown("state", q, states)) for k, q in enumerate(parts.marked) if q not in state_set]
-    complaints += [(("alphabet", k), _unknown("event", e, known.names)) for k, e in enumerate(parts.alphabet) if e not in known]
+    complaints += [
+        (("marked", k), _unknown("state", q, states)) for k, q in enumerate(parts.marked) if q not in state_set
+    ]
+    complaints += [
+        (("alphabet", k), _unknown("event", e, known.names)) for k, e in enumerate(parts.alphabet) if e not in known
+    ]
     seen: dict[tuple[str, str], tuple[int, str]] = {}
     for k, (s, e, t) in parts.triples:
         here = ("transitions", k)

@@ -51,7 +51,7 @@ class Event:
         )
 
 
-class Alphabet(Sequence[Event]):
+class Alphabet:
     """An ordered, immutable set of events.
 
     The order is part of the meaning: operations number states breadth-first, successors in the order of
@@ -112,7 +112,7 @@ class Alphabet(Sequence[Event]):
         """(len(self),) bool: which events no supervisor can disable."""
         return np.array([not e.controllable for e in self], dtype=np.bool_)
 
-    def index(self, name: object, *_: int) -> int:
+    def index(self, name: object) -> int:
         """Return the position of the event called ``name``; raise UnknownName if there is none."""
         key = name.name if isinstance(name, Event) else name
         try:

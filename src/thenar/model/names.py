@@ -128,7 +128,9 @@ class Grouped:
         """Return the names of ``states``."""
         sizes = np.diff(self.offsets)[states]
         offsets = np.concatenate(([0], np.cumsum(sizes))).astype(np.int64)
-        members = np.concatenate([self.members[self.offsets[s] : self.offsets[s + 1]] for s in states.tolist()] or [self.members[:0]])
+        members = np.concatenate(
+            [self.members[self.offsets[s] : self.offsets[s + 1]] for s in states.tolist()] or [self.members[:0]]
+        )
         return Grouped(self.names, offsets, members)
 
 

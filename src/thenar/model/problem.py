@@ -47,13 +47,23 @@ class Problem(Displayable):
         specs = (specs,) if isinstance(specs, Automaton) else tuple(specs)
         automata = (*plants, *specs)
         where = f"problem {name!r}" if name else "problem"
-        mistakes = [] if plants else [Mistake(where, "no plant; a problem needs at least one automaton that says what can happen")]
+        mistakes = (
+            []
+            if plants
+            else [Mistake(where, "no plant; a problem needs at least one automaton that says what can happen")]
+        )
         names = [a.name for a in automata if a.name]
-        mistakes += [Mistake(where, f"two automata are called {n!r}") for n in dict.fromkeys(names) if names.count(n) > 1]
+        mistakes += [
+            Mistake(where, f"two automata are called {n!r}") for n in dict.fromkeys(names) if names.count(n) > 1
+        ]
         merged = merge([a.alphabet for a in automata], [a.name or "an automaton without a name" for a in automata])
         if alphabet is not None:
             merge([alphabet, merged], ["the problem's alphabet", "its automata"])
-            mistakes += [Mistake(where, f"event {e!r} is not in the problem's alphabet") for e in merged.names if e not in alphabet]
+            mistakes += [
+                Mistake(where, f"event {e!r} is not in the problem's alphabet")
+                for e in merged.names
+                if e not in alphabet
+            ]
         if mistakes:
             raise ModelError(mistakes)
         for field, value in (

@@ -1,0 +1,238 @@
+// The kernel as Python sees it: int arrays in, int arrays out, the GIL released in between.
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/tuple.h>
+#include <nanobind/stl/unique_ptr.h>
+#include <nanobind/stl/vector.h>
+
+#include <optional>
+
+#include "explore.hpp"
+#include "graph.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+using namespace thenar;
+
+namespace {
+
+template <class T>
+using In = nb::ndarray<const T, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+template <class T>
+using Out = nb::ndarray<nb::numpy, T, nb::ndim<1>>;
+template <class T>
+using Out2 = nb::ndarray<nb::numpy, const T, nb::ndim<2>>;
+
+// Hand a vector over to NumPy without a copy.
+template <class T>
+Out<T> give(std::vector<T>&& values) {
+  auto* owned = new std::vector<T>(std::move(values));
+  nb::capsule owner(owned, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
+  return Out<T>(owned->data(), {owned->size()}, owner);
+}
+
+// Show memory that `self` owns.
+template <class T>
+nb::ndarray<nb::numpy, const T, nb::ndim<1>> show(const T* data, u64 n, nb::handle self) {
+  return {data, {n}, self};
+}
+
+Out<u8> unpack(const Bits& bits) {
+  std::vector<u8> out(bits.size());
+  for (u64 q = 0; q < out.size(); ++q) out[q] = bits[q];
+  return give(std::move(out));
+}
+
+Graph graph(const In<i64>& offsets, const In<i32>& events, const In<i32>& targets) {
+  return {static_cast<i64>(offsets.shape(0)) - 1, offsets.data(), events.data(), targets.data()};
+}
+
+struct Automaton {  // keeps the arrays of a component alive while it is in use
+  In<i64> offsets;
+  In<i32> events, targets;
+  In<u8> marked, own;
+  i32 initial;
+  bool plant;
+};
+
+struct PyExploration {
+  std::vector<Automaton> inputs;
+  std::unique_ptr<Exploration> self;
+};
+
+std::unique_ptr<PyExploration> explore(std::vector<Automaton> inputs, In<u8> uncontrollable, Ticker& ticker) {
+  std::vector<Component> components;
+  for (const auto& a : inputs)
+    components.push_back(
+        {graph(a.offsets, a.events, a.targets), a.marked.data(), a.own.data(), a.initial, a.plant});
+  const u8* first = uncontrollable.data();
+  auto made = Exploration::make(std::move(components), std::vector<u8>(first, first + uncontrollable.shape(0)));
+  auto result = std::make_unique<PyExploration>(PyExploration{std::move(inputs), std::move(made)});
+  nb::gil_scoped_release free;
+  result->self->run(ticker);
+  return result;
+}
+
+}  // namespace
+
+NB_MODULE(kernel, m) {
+  m.doc() = "Kernels over int arrays; see kernel.pyi.";
+
+  nb::register_exception_translator([](const std::exception_ptr& p, void*) {
+    try {
+      std::rethrow_exception(p);
+    } catch (const LimitHit& hit) {
+      nb::object type = nb::module_::import_("thenar.errors").attr("LimitReached");
+      nb::object error = type(hit.limit, hit.bound, hit.states, hit.transitions);
+      PyErr_SetObject(type.ptr(), error.ptr());
+    }
+  });
+
+  nb::class_<Ticker>(m, "Ticker")
+      .def(
+          "__init__",
+          [](Ticker* self, std::optional<u64> states, std::optional<u64> transitions, std::optional<u64> bytes,
+             std::optional<double> seconds, nb::object progress) {
+            Limits limits;
+            if (states) limits.states = *states;
+            if (transitions) limits.transitions = *transitions;
+            if (bytes) limits.bytes = *bytes;
+            if (seconds) limits.seconds = *seconds;
+            // The ticker owns a reference to the callback; it is made and dropped with the GIL held.
+            new (self) Ticker(limits, [progress = std::move(progress)](u64 n_states, u64 n_transitions) {
+              nb::gil_scoped_acquire hold;
+              if (PyErr_CheckSignals()) throw nb::python_error();
+              if (!progress.is_none()) progress(n_states, n_transitions);
+            });
+          },
+          "states"_a = nb::none(), "transitions"_a = nb::none(), "bytes"_a = nb::none(), "seconds"_a = nb::none(),
+          "progress"_a = nb::none());
+
+  nb::class_<Automaton>(m, "Component")
+      .def(
+          "__init__",
+          [](Automaton* self, In<i64> offsets, In<i32> events, In<i32> targets, In<u8> marked, In<u8> own, i32 initial,
+             bool plant) {
+            new (self) Automaton{std::move(offsets), std::move(events), std::move(targets), std::move(marked),
+                                 std::move(own),     initial,           plant};
+          },
+          "offsets"_a, "events"_a, "targets"_a, "marked"_a, "own"_a, "initial"_a, "plant"_a);
+
+  nb::class_<PyExploration>(m, "Exploration")
+      .def_prop_ro("n_states", [](const PyExploration& x) { return x.self->n_states(); })
+      .def_prop_ro("n_transitions", [](const PyExploration& x) { return x.self->n_transitions(); })
+      .def_prop_ro("layout",
+                   [](const PyExploration& x) {
+                     const Layout& l = x.self->layout();
+                     return std::make_tuple(l.words, l.shifts, l.bits);
+                   })
+      .def_prop_ro("keys",
+                   [](nb::handle_t<PyExploration> h) {
+                     auto& x = *nb::cast<PyExploration&>(h).self;
+                     return Out2<u64>(x.keys(), {x.n_states(), x.layout().n_words}, h);
+                   }, nb::rv_policy::automatic)
+      .def_prop_ro("rank",
+                   [](nb::handle_t<PyExploration> h) {
+                     auto& x = *nb::cast<PyExploration&>(h).self;
+                     return show(x.rank.data(), x.rank.size(), h);
+                   }, nb::rv_policy::automatic)
+      .def_prop_ro("reason",
+                   [](nb::handle_t<PyExploration> h) {
+                     auto& x = *nb::cast<PyExploration&>(h).self;
+                     return show(x.reason.data(), x.reason.size(), h);
+                   }, nb::rv_policy::automatic)
+      .def_prop_ro("marked", [](const PyExploration& x) { return unpack(x.self->marked()); },
+                   nb::rv_policy::automatic)
+      .def_prop_ro("illegal", [](const PyExploration& x) { return unpack(x.self->illegal()); },
+                   nb::rv_policy::automatic)
+      .def(
+          "fixpoint",
+          [](PyExploration& x, bool nonblocking, Ticker& ticker) {
+            nb::gil_scoped_release free;
+            x.self->fixpoint(nonblocking, ticker);
+          },
+          "nonblocking"_a, "ticker"_a)
+      .def(
+          "extract",
+          [](const PyExploration& x, Ticker& ticker) {
+            Extract e;
+            {
+              nb::gil_scoped_release free;
+              e = x.self->extract(ticker);
+            }
+            return nb::make_tuple(give(std::move(e.offsets)), give(std::move(e.events)), give(std::move(e.targets)),
+                                  give(std::move(e.marked)), give(std::move(e.origin)),
+                                  give(std::move(e.disabled_offsets)), give(std::move(e.disabled)));
+          },
+          "ticker"_a)
+      .def(
+          "row",
+          [](const PyExploration& x, u32 state) {
+            std::vector<Edge> row;
+            x.self->row(state, row);
+            std::vector<std::pair<i32, u32>> out;
+            for (const auto& [event, target] : row) out.emplace_back(event, target);
+            return out;
+          },
+          "state"_a)
+      .def(
+          "path",
+          [](const PyExploration& x, u32 start, In<u8> goal, In<u8> inside,
+             bool uncontrollable_only) -> std::optional<std::pair<std::vector<i32>, std::vector<i64>>> {
+            std::vector<i32> events;
+            std::vector<i64> states;
+            nb::gil_scoped_release free;
+            if (!x.self->path(start, goal.data(), inside.data(), uncontrollable_only, events, states)) return {};
+            return std::make_pair(std::move(events), std::move(states));
+          },
+          "start"_a, "goal"_a, "inside"_a, "uncontrollable_only"_a);
+
+  m.def("explore", &explore, "components"_a, "uncontrollable"_a, "ticker"_a);
+  m.def(
+      "distance_to",
+      [](In<i64> offsets, In<i32> events, In<i32> targets, In<u8> goal) {
+        std::vector<i32> distance;
+        {
+          nb::gil_scoped_release free;
+          distance = distance_to(graph(offsets, events, targets), goal.data());
+        }
+        return give(std::move(distance));
+      },
+      "offsets"_a, "events"_a, "targets"_a, "goal"_a);
+  m.def(
+      "shortest_path",
+      [](In<i64> offsets, In<i32> events, In<i32> targets, i64 initial,
+         In<u8> goal) -> std::optional<std::vector<i64>> {
+        std::vector<i64> transitions;
+        nb::gil_scoped_release free;
+        if (!shortest_path(graph(offsets, events, targets), initial, goal.data(), transitions)) return {};
+        return transitions;
+      },
+      "offsets"_a, "events"_a, "targets"_a, "initial"_a, "goal"_a);
+  m.def(
+      "minimize",
+      [](In<i64> offsets, In<i32> events, In<i32> targets, i64 n_events, In<u8> marked) {
+        std::vector<i32> block;
+        {
+          nb::gil_scoped_release free;
+          block = minimize(graph(offsets, events, targets), n_events, marked.data());
+        }
+        return give(std::move(block));
+      },
+      "offsets"_a, "events"_a, "targets"_a, "n_events"_a, "marked"_a);
+  m.def(
+      "project",
+      [](In<i64> offsets, In<i32> events, In<i32> targets, i64 n_events, i64 initial, In<u8> marked, In<u8> hidden,
+         Ticker& ticker) {
+        Projection p;
+        {
+          nb::gil_scoped_release free;
+          p = project(graph(offsets, events, targets), n_events, initial, marked.data(), hidden.data(), ticker);
+        }
+        return nb::make_tuple(give(std::move(p.offsets)), give(std::move(p.events)), give(std::move(p.targets)),
+                              give(std::move(p.marked)), give(std::move(p.member_offsets)), give(std::move(p.members)));
+      },
+      "offsets"_a, "events"_a, "targets"_a, "n_events"_a, "initial"_a, "marked"_a, "hidden"_a, "ticker"_a);
+}

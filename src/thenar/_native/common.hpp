@@ -1,0 +1,156 @@
+// What every kernel shares: short integer names, bit sets, limits and the tick by which long work can be stopped.
+#pragma once
+
+#include <algorithm>
+#include <bit>
+#include <chrono>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <functional>
+#include <limits>
+#include <new>
+#include <type_traits>
+#include <vector>
+
+namespace thenar {
+
+using u8 = std::uint8_t;
+using u16 = std::uint16_t;
+using u32 = std::uint32_t;
+using u64 = std::uint64_t;
+using i32 = std::int32_t;
+using i64 = std::int64_t;
+
+constexpr u32 kNone = std::numeric_limits<u32>::max();
+
+// A deterministic automaton as compressed sparse rows, each row in the order of the alphabet.
+struct Graph {
+  i64 n_states;
+  const i64* offsets;
+  const i32* events;
+  const i32* targets;
+};
+
+// A growing array of plain data. Unlike std::vector it grows by realloc, which moves pages instead of copying them.
+template <class T>
+class Buffer {
+  static_assert(std::is_trivially_copyable_v<T>);
+
+ public:
+  Buffer() = default;
+  Buffer(const Buffer&) = delete;
+  Buffer& operator=(const Buffer&) = delete;
+  ~Buffer() { std::free(data_); }
+
+  T* data() { return data_; }
+  const T* data() const { return data_; }
+  u64 size() const { return size_; }
+  u64 bytes() const { return capacity_ * sizeof(T); }
+  T& operator[](u64 k) { return data_[k]; }
+  const T& operator[](u64 k) const { return data_[k]; }
+
+  void push(const T& value) {
+    if (size_ == capacity_) grow(size_ + 1);
+    data_[size_++] = value;
+  }
+  // Append n elements without initialising them.
+  T* extend(u64 n) {
+    if (size_ + n > capacity_) grow(size_ + n);
+    T* first = data_ + size_;
+    size_ += n;
+    return first;
+  }
+
+ private:
+  void grow(u64 needed) {
+    u64 capacity = std::max<u64>({needed, capacity_ + capacity_ / 2, 64});
+    void* moved = std::realloc(static_cast<void*>(data_), capacity * sizeof(T));
+    if (!moved) throw std::bad_alloc();
+    data_ = static_cast<T*>(moved);
+    capacity_ = capacity;
+  }
+  T* data_ = nullptr;
+  u64 size_ = 0, capacity_ = 0;
+};
+
+class Bits {
+ public:
+  Bits() = default;
+  explicit Bits(u64 n, bool value = false) : size_(n), words_((n + 63) / 64, value ? ~u64{0} : 0) {
+    if (value && n % 64) words_.back() = (u64{1} << (n % 64)) - 1;
+  }
+  u64 size() const { return size_; }
+  bool operator[](u64 k) const { return words_[k >> 6] >> (k & 63) & 1; }
+  void set(u64 k) { words_[k >> 6] |= u64{1} << (k & 63); }
+  void clear(u64 k) { words_[k >> 6] &= ~(u64{1} << (k & 63)); }
+  u64 n_words() const { return words_.size(); }
+  u64& word(u64 w) { return words_[w]; }
+  u64 word(u64 w) const { return words_[w]; }
+  void push(bool value) {
+    if (size_ % 64 == 0) words_.push_back(0);
+    if (value) set(size_);
+    ++size_;
+  }
+
+ private:
+  u64 size_ = 0;
+  std::vector<u64> words_;
+};
+
+struct Limits {
+  u64 states = std::numeric_limits<u64>::max();
+  u64 transitions = std::numeric_limits<u64>::max();
+  u64 bytes = std::numeric_limits<u64>::max();
+  double seconds = std::numeric_limits<double>::infinity();
+};
+
+// Thrown where a computation stops at one of its limits, with what was found by then.
+struct LimitHit {
+  const char* limit;
+  double bound;
+  u64 states, transitions;
+};
+
+// Called a few times a second with (states, transitions) found so far; it may throw, which ends the work.
+using Hook = std::function<void(u64, u64)>;
+
+// Keeps a computation within its limits and lets others look in: asks the clock cheaply, calls the hook when it is due.
+class Ticker {
+ public:
+  explicit Ticker(const Limits& limits = {}, Hook hook = {})
+      : limits_(limits), hook_(std::move(hook)), start_(Clock::now()), next_(start_ + kPeriod) {}
+
+  // Count `work` elementary steps.
+  void tick(u64 work, u64 states, u64 transitions) {
+    if ((credit_ += work) < kStepsPerLook) return;
+    credit_ = 0;
+    const auto now = Clock::now();
+    if (now >= next_) {
+      next_ = now + kPeriod;
+      if (hook_) hook_(states, transitions);
+    }
+    if (std::chrono::duration<double>(now - start_).count() > limits_.seconds)
+      throw LimitHit{"seconds", limits_.seconds, states, transitions};
+  }
+  void check(u64 states, u64 transitions, u64 bytes) const {
+    auto within = [&](const char* limit, u64 bound, u64 used) {
+      if (used > bound) throw LimitHit{limit, static_cast<double>(bound), states, transitions};
+    };
+    within("states", std::min<u64>(limits_.states, kMaxStates), states);
+    within("transitions", limits_.transitions, transitions);
+    within("bytes", limits_.bytes, bytes);
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  static constexpr u64 kMaxStates = 0x7fffffff;  // states are numbered by int32
+  static constexpr auto kPeriod = std::chrono::milliseconds(50);
+  static constexpr u64 kStepsPerLook = 1 << 15;  // about a millisecond of work
+  Limits limits_;
+  Hook hook_;
+  Clock::time_point start_, next_;
+  u64 credit_ = 0;
+};
+
+}  // namespace thenar

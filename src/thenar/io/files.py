@@ -1,0 +1,114 @@
+"""Files in and out: reading with a limit, writing all or nothing."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import secrets
+import sys
+from itertools import islice
+from pathlib import Path
+from typing import BinaryIO
+
+from thenar.errors import InputError, did_you_mean
+
+__all__ = ["MAX_BYTES", "atomic_write", "read_bytes", "read_stdin"]
+
+MAX_BYTES = 256 * 2**20  # bytes; some millions of transitions, and what a parser still holds in memory
+_CHUNK = 2**20  # bytes read at a time, so that a stream without end stops soon after the limit
+_NEIGHBOURS = 10_000  # names of a folder looked at for the nearest one
+
+
+def read_bytes(path: str | os.PathLike[str]) -> bytes:
+    """Return what the file at ``path`` holds.
+
+    Raises InputError for a missing file (with the nearest name in its folder), a folder, a file above
+    :data:`MAX_BYTES` (refused before it is read) and one that the system does not let us read.
+
+    >>> read_bytes("nowhere/hand.toml")
+    Traceback (most recent call last):
+    thenar.errors.InputError: nowhere/hand.toml: no such file; there is no folder 'nowhere'
+    """
+    file = Path(path)
+    try:
+        if not file.exists():
+            raise InputError(f"{path}: no such file{_nearest(file)}")
+        if file.is_dir():
+            raise InputError(f"{path}: a folder, not a file; name the model files in it")
+        if (size := file.stat().st_size) > MAX_BYTES:
+            raise InputError(f"{path}: {_too_large(f'{size:,} bytes')}")
+        with file.open("rb") as stream:
+            return _read(stream, str(path))
+    except (OSError, ValueError) as error:  # ValueError: a null character in the path
+        raise InputError(f"{path}: cannot be read: {_reason(error)}") from error
+
+
+def read_stdin() -> bytes:
+    """Return what standard input holds; InputError as soon as it passes :data:`MAX_BYTES`."""
+    return _read(sys.stdin.buffer, "<stdin>")
+
+
+def atomic_write(path: str | os.PathLike[str], data: bytes | str) -> None:
+    """Write ``data`` (text as UTF-8) to ``path``: afterwards the file is all new, or untouched.
+
+    The data goes to a temporary file in the same folder, which then takes the name ``path`` in one step;
+    so neither a full disk nor a crash leaves half a file.  A symbolic link keeps pointing where it did.
+    Raises InputError if the system does not let us write there.
+
+    >>> import tempfile
+    >>> file = Path(tempfile.mkdtemp(), "lamp.toml")
+    >>> atomic_write(file, "name = 'lamp'")
+    >>> file.read_text()
+    "name = 'lamp'"
+    """
+    try:
+        target = Path(path).resolve()
+        content = data.encode() if isinstance(data, str) else data
+        if target.exists() and not target.is_file() and not target.is_dir():
+            target.write_bytes(content)  # a device or a pipe: taking its name would destroy it
+        else:
+            _replace(target, content)
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: cannot be written: {_reason(error)}") from error
+
+
+def _replace(target: Path, content: bytes) -> None:
+    temporary = target.parent / f".{secrets.token_hex(8)}.tmp"
+    try:
+        with temporary.open("xb") as stream:  # not tempfile: its files are private, a model file is not
+            if target.is_file():
+                temporary.chmod(target.stat().st_mode & 0o7777)
+            stream.write(content)
+            stream.flush()
+            os.fsync(stream.fileno())
+        os.replace(temporary, target)
+    except BaseException:
+        with contextlib.suppress(OSError):
+            temporary.unlink(missing_ok=True)
+        raise
+
+
+def _read(stream: BinaryIO, source: str) -> bytes:
+    chunks: list[bytes] = []
+    size = 0
+    while chunk := stream.read(_CHUNK):
+        chunks.append(chunk)
+        size += len(chunk)
+        if size > MAX_BYTES:
+            raise InputError(f"{source}: {_too_large('it goes on')}")
+    return b"".join(chunks)
+
+
+def _too_large(size: str) -> str:
+    limit = f"{MAX_BYTES:,} bytes ({MAX_BYTES // 2**20} MiB)"
+    return f"larger than {limit}: {size}; split the model, several files load as one problem"
+
+
+def _nearest(file: Path) -> str:
+    if not file.parent.is_dir():
+        return f"; there is no folder {str(file.parent)!r}"
+    return did_you_mean(file.name, sorted(islice((p.name for p in file.parent.iterdir()), _NEIGHBOURS)))
+
+
+def _reason(error: OSError | ValueError) -> str:
+    return (isinstance(error, OSError) and error.strerror) or str(error)

@@ -1,0 +1,197 @@
+"""The text of a model file, and where in it a mistake stands."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+from thenar.errors import InputError, Mistake, ModelError, did_you_mean
+from thenar.io.files import read_bytes, read_stdin
+from thenar.model.build import Complaint, place_in_words
+
+__all__ = ["Document", "Format", "format_by_ending", "format_by_name", "open_document", "sniff"]
+
+Format = Literal["toml", "json"]
+
+_ENDINGS: dict[str, Format] = {".toml": "toml", ".json": "json"}
+_LEVELS = 5  # file, automata, one automaton, its transitions, one triple
+
+# The beginning of a parser's message, and what to do about it.
+_TOML_ADVICE = (
+    ("Expected '=' after a key", "expected '=' after the key; a name with other characters than letters, digits, "
+     "'-' and '_' stands in double quotes"),
+    ("Invalid value", "expected a value; text stands in double quotes, and every list ends with ']'"),
+    ("Invalid statement", "expected 'key = value' or a [table]; a name with other characters than letters, digits, "
+     "'-' and '_' stands in double quotes"),
+    ("Invalid initial character for a key part", "expected a key; a table in braces stays on one line, "
+     "without a comma at its end"),
+    ("Illegal character", "a line break or control character inside a text; close its quotes on the same line, "
+     'or put """ around several lines'),
+    ("Unterminated string", "a text is not closed; add the quotes at its end"),
+    ("Unescaped '\\' in a string", "unknown escape in a text; write '\\\\' for a backslash"),
+    ("Unclosed array", "expected ',' or ']' in a list"),
+    ("Unclosed inline table", "expected ',' or '}' in a table in braces"),
+    ("Expected newline or end of document", "expected the end of the line after the value; one 'key = value' a line"),
+)  # fmt: skip
+_JSON_ADVICE = (
+    ("Expecting property name", "expected a key in double quotes; JSON has no comments and no comma before '}'"),
+    ("Illegal trailing comma", "a comma before the closing bracket; JSON has none there"),
+    ("Expecting value", "expected a value; text stands in double quotes, and JSON has no comments and no comma "
+     "before ']'"),
+    ("Expecting ',' delimiter", "expected ',' or a closing bracket"),
+    ("Expecting ':' delimiter", "expected ':' after the key"),
+    ("Extra data", "expected the end of the file; everything stands in one pair of braces"),
+    ("Unterminated string", "a text is not closed; add the quotes at its end"),
+    ("Invalid control character", "a line break or control character inside a text; write '\\n' for a line break"),
+    ("Invalid \\", "unknown escape in a text; write '\\\\' for a backslash"),
+)  # fmt: skip
+_TOML_TWICE = ("Cannot overwrite", "Cannot declare", "Cannot mutate", "Duplicate inline table key")
+
+
+class _GivenTwice(Exception):  # noqa: N818  a signal inside this file
+    pass
+
+
+@dataclass(frozen=True, slots=True)
+class Document:
+    """A model file's text; ``source`` is what messages call it."""
+
+    source: str
+    format: Format
+    text: str
+
+    def data(self) -> Any:
+        """Return the tables and lists that the text describes.
+
+        Raises ModelError with file, line and column for a syntax error, with the lines for a key given twice,
+        and InputError for an empty text and one that nests too deeply to be read.
+
+        >>> Document("lamp.json", "json", '{"name": lamp}').data()
+        Traceback (most recent call last):
+        thenar.errors.ModelError: lamp.json:1:10: expected a value; text stands in double quotes, ...
+        """
+        if not self.text.strip():
+            raise InputError(f"{self.source}: the file is empty; a model file gives events and automata")
+        try:
+            if self.format == "json":
+                return json.loads(self.text, object_pairs_hook=_object)
+            return tomllib.loads(self.text)
+        except _GivenTwice:
+            raise self._given_twice() from None
+        except json.JSONDecodeError as error:
+            raise self._syntax(error.lineno, error.colno, error.msg, _JSON_ADVICE) from None
+        except tomllib.TOMLDecodeError as error:
+            if str(error).startswith(_TOML_TWICE) and (twice := self._given_twice()).mistakes:
+                raise twice from None
+            raise self._toml_syntax(str(error)) from None
+        except RecursionError:
+            message = f"nested too deeply; a model file has {_LEVELS} levels at most"
+            raise InputError(f"{self.source}: {message}") from None
+        except ValueError as error:  # a number of thousands of digits
+            raise InputError(f"{self.source}: {error}") from None
+
+    def mistakes(self, complaints: Sequence[Complaint]) -> list[Mistake]:
+        """Say of each complaint where in the text its culprit stands, in the order of the text."""
+        if not complaints:
+            return []
+        from thenar.io.locate import Places
+
+        places = Places(self.text, self.format)
+        located = sorted(((places.line(path), path, what) for path, what in complaints), key=lambda found: found[0])
+        return [Mistake(f"{self.source}:{line}", f"{_words(path)}{what}") for line, path, what in located]
+
+    def _given_twice(self) -> ModelError:
+        from thenar.io.locate import Places
+
+        repeated = Places(self.text, self.format).repeated()
+        again = sorted((line, path, lines[0]) for path, lines in repeated for line in lines[1:])
+        return ModelError(
+            [
+                Mistake(f"{self.source}:{line}", f"{_words(path)}given twice, first in line {first}; keep one of them")
+                for line, path, first in again
+            ]
+        )
+
+    def _toml_syntax(self, message: str) -> ModelError:
+        place = re.search(r" \(at line (\d+), column (\d+)\)$", message)
+        if place:
+            return self._syntax(int(place[1]), int(place[2]), message[: place.start()], _TOML_ADVICE)
+        lines = self.text.rstrip().splitlines()  # at the end of the document, in words
+        return self._syntax(len(lines), len(lines[-1]) + 1, message.partition(" (at end")[0], _TOML_ADVICE)
+
+    def _syntax(self, line: int, column: int, message: str, advice: Sequence[tuple[str, str]]) -> ModelError:
+        way_out = next((words for start, words in advice if message.startswith(start)), message)
+        return ModelError([Mistake(f"{self.source}:{line}:{column}", way_out)])
+
+
+def open_document(path: str | os.PathLike[str]) -> Document:
+    """Return the text of the model file at ``path``; ``-`` is standard input, its format told by its first character.
+
+    Raises InputError for an ending that is none of ours, a text that is not UTF-8, and all that
+    :func:`read_bytes` complains of.
+    """
+    if str(path) == "-":
+        text = _decode(read_stdin(), "<stdin>")
+        return Document("<stdin>", sniff(text), text)
+    raw = read_bytes(path)
+    return Document(str(path), format_by_ending(path), _decode(raw, str(path)))
+
+
+def sniff(text: str) -> Format:
+    """Tell the format of ``text``: JSON begins with a brace, TOML cannot."""
+    return "json" if text.lstrip("\ufeff \t\r\n").startswith("{") else "toml"
+
+
+def format_by_ending(path: str | os.PathLike[str]) -> Format:
+    """Return the format that the ending of ``path`` says; raise InputError for one that is none of ours."""
+    ending = Path(path).suffix.lower()
+    if ending not in _ENDINGS:
+        what = f"unknown ending {ending!r}" if ending else "no ending"
+        raise InputError(f"{path}: {what}; a model file ends with .toml or .json")
+    return _ENDINGS[ending]
+
+
+def format_by_name(name: str) -> Format:
+    """Return ``name`` if it is a format; raise InputError if not."""
+    formats: tuple[Format, ...] = get_args(Format)
+    for format in formats:
+        if name == format:
+            return format
+    raise InputError(f"unknown format {name!r}{did_you_mean(name, formats) or '; write toml or json'}")
+
+
+def _decode(raw: bytes, source: str) -> str:
+    try:
+        return raw.decode().removeprefix("\ufeff")  # some editors put a byte order mark before UTF-8
+    except UnicodeDecodeError as error:
+        byte = f"byte 0x{raw[error.start]:02x} at offset {error.start:,}"
+        raise InputError(f"{source}: not UTF-8 text: {byte}; save it as UTF-8") from None
+
+
+def _object(pairs: list[tuple[str, object]]) -> dict[str, object]:
+    table = dict(pairs)
+    if len(table) < len(pairs):
+        raise _GivenTwice
+    return table
+
+
+def _words(path: Sequence[str | int]) -> str:
+    """Say where ``path`` leads, as the beginning of a sentence."""
+    match path:
+        case []:
+            return ""
+        case ["events", name, *inner]:
+            words = f"event {name!r}"
+        case ["automata", name, *inner]:
+            words = f"automaton {name!r}"
+        case ["computed" | "published" as key, name, *inner]:
+            words = f"{key} size {name!r}"
+        case [name, *inner]:
+            words = str(name)
+    return ", ".join([words, *([place_in_words(inner)] if inner else [])]) + ": "

@@ -1,0 +1,31 @@
+"""How far a computation may go, and how it tells where it is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeAlias
+
+__all__ = ["Limits", "Progress"]
+
+Progress: TypeAlias = Callable[[int, int], object]
+"""Called a few times a second with the states and transitions found so far; it may raise to stop the work."""
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """Bounds on a computation; at one of them it stops with LimitReached.  None is no bound.
+
+    ``bytes`` counts what the kernel holds, not what the process uses.
+
+    >>> from thenar.explicit.products import sync
+    >>> from thenar.library.classics import transfer_line
+    >>> sync(*transfer_line(5).plants, limits=Limits(states=1000))
+    Traceback (most recent call last):
+    thenar.errors.LimitReached: stopped at the limit of 1,000 states: ... found so far; ...
+    """
+
+    states: int | None = None
+    transitions: int | None = None
+    bytes: int | None = None
+    seconds: float | None = None
