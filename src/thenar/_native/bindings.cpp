@@ -170,10 +170,10 @@ NB_MODULE(kernel, m) {
       .def(
           "row",
           [](const PyExploration& x, u32 state) {
-            std::vector<Edge> row;
-            x.self->row(state, row);
+            Scratch scratch;
+            x.self->row(state, scratch);
             std::vector<std::pair<i32, u32>> out;
-            for (const auto& [event, target] : row) out.emplace_back(event, target);
+            for (const auto& [event, target] : scratch.row) out.emplace_back(event, target);
             return out;
           },
           "state"_a)

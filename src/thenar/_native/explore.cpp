@@ -1,30 +1,63 @@
 #include "explore.hpp"
 
-#include <array>
 #include <string>
 
 #include "product.hpp"
 
+#ifdef __linux__
+#include <sys/mman.h>
+#endif
+
 namespace thenar {
 namespace {
 
+// Memory for random access: on Linux backed by large pages, which halve the cost of a miss.
+template <class T>
+class Table {
+ public:
+  void reset(u64 n) {
+    constexpr u64 kLargePage = u64{2} << 20;
+    std::free(data_);
+    data_ = nullptr;
+    size_ = n;
+    const u64 bytes = n * sizeof(T);
+    const u64 align = bytes >= kLargePage ? kLargePage : 64;
+    data_ = static_cast<T*>(std::aligned_alloc(align, (bytes + align - 1) / align * align));
+    if (!data_) throw std::bad_alloc();
+#ifdef MADV_HUGEPAGE
+    if (align == kLargePage) madvise(static_cast<void*>(data_), bytes, MADV_HUGEPAGE);
+#endif
+  }
+  Table() = default;
+  Table(const Table&) = delete;
+  Table& operator=(const Table&) = delete;
+  ~Table() { std::free(data_); }
+  T& operator[](u64 k) { return data_[k]; }
+  const T& operator[](u64 k) const { return data_[k]; }
+  u64 size() const { return size_; }
+
+ private:
+  T* data_ = nullptr;
+  u64 size_ = 0;
+};
+
 // Product states by key, open addressing with linear probing; the key lies in the slot, so that a probe
-// costs one cache miss.
-template <int W>
+// costs one cache miss. `Slim` keys fit 32 bits: touching half the memory is worth a type of its own.
+template <int W, bool Slim>
 class Visited {
  public:
   void reserve(u64 n, const Key<W>* keys, u64 n_keys) {
     if (n * 5 <= slots_.size() * 3) return;  // load at most 0.6
-    u64 size = std::max<u64>(64, std::bit_ceil(n * 2));
-    std::vector<Slot>().swap(slots_);
-    slots_.assign(size, Slot{{}, kNone});
+    const u64 size = std::max<u64>(64, std::bit_ceil(n * 2));
+    slots_.reset(size);
+    for (u64 h = 0; h < size; ++h) slots_[h].id = kNone;
     mask_ = size - 1;
     constexpr u64 kAhead = 16;
     for (u64 k = 0; k < n_keys; ++k) {
       if (k + kAhead < n_keys) prefetch(hash(keys[k + kAhead]));
       u64 h = hash(keys[k]) & mask_;
       while (slots_[h].id != kNone) h = (h + 1) & mask_;
-      slots_[h] = {keys[k], static_cast<u32>(k)};
+      slots_[h] = {stored(keys[k]), static_cast<u32>(k)};
     }
   }
   void prefetch(u64 h) const { __builtin_prefetch(&slots_[h & mask_]); }
@@ -33,24 +66,29 @@ class Visited {
     for (h &= mask_;; h = (h + 1) & mask_) {
       Slot& slot = slots_[h];
       if (slot.id == kNone) {
-        slot = {key, next};
+        slot = {stored(key), next};
         return next;
       }
-      if (slot.key == key) return slot.id;
+      if (slot.key == stored(key)) return slot.id;
     }
   }
   u64 bytes() const { return slots_.size() * sizeof(Slot); }
 
  private:
+  using Stored = std::conditional_t<Slim, u32, Key<W>>;
   struct Slot {
-    Key<W> key;
+    Stored key;
     u32 id;
   };
-  std::vector<Slot> slots_;
+  static Stored stored(const Key<W>& key) {
+    if constexpr (Slim) return static_cast<u32>(key.w[0]);
+    else return key;
+  }
+  Table<Slot> slots_;
   u64 mask_ = 0;
 };
 
-template <int W>
+template <int W, bool Slim = false>
 class Explorer final : public Exploration {
  public:
   Explorer(std::vector<Component> components, std::vector<u8> uncontrollable, Layout layout)
@@ -68,7 +106,7 @@ class Explorer final : public Exploration {
     const u64 n_words = product_.event_words(), n_events = uncontrollable_.size();
     std::vector<u64> plant(n_words), spec(n_words);
     std::vector<Successor> block(kBlock + n_events);
-    Visited<W> visited;
+    Visited<W, Slim> visited;
     visited.reserve(1, nullptr, 0);
     visited.find_or_insert(product_.initial(), hash(product_.initial()), 0);
     keys_.push(product_.initial());
@@ -123,44 +161,36 @@ class Explorer final : public Exploration {
     }
   }
 
-  void row(u32 state, std::vector<Edge>& out) const override {
-    out.clear();
+  void row(u32 state, Scratch& scratch) const override {
+    scratch.row.clear();
     if (illegal_[state]) return;
-    const auto [plant, spec] = masks(state);
+    scratch.plant.resize(product_.event_words());
+    scratch.spec.resize(product_.event_words());
+    product_.enabled(keys_[state], scratch.plant.data(), scratch.spec.data());
+    scratch.plant[product_.marker() / 64] &= ~(u64{1} << product_.marker() % 64);
     u64 next_free = row_of_[state], next = next_free + n_free_[state];
-    for_each(plant, spec, [&](u64 event) {
-      out.push_back({static_cast<i32>(event), targets_[uncontrollable_[event] ? next_free++ : next++]});
-    });
+    for (u64 w = 0; w < scratch.plant.size(); ++w)
+      for (u64 events = scratch.plant[w] & scratch.spec[w]; events; events &= events - 1) {
+        const u64 bit = static_cast<u64>(std::countr_zero(events));
+        const bool free = product_.uncontrollable()[w] >> bit & 1;
+        scratch.row.push_back({static_cast<i32>(w * 64 + bit), targets_[free ? next_free++ : next++]});
+      }
   }
 
   const u64* keys() const override { return keys_.size() ? keys_.data()->w : nullptr; }
 
  protected:
-  void disabled(u32 state, const Bits& alive, std::vector<i32>& out) const override {
-    const auto [plant, spec] = masks(state);
+  void disabled(u32 state, const Bits& alive, const Scratch& scratch, std::vector<i32>& out) const override {
     u64 next = row_of_[state] + n_free_[state];
-    for (u64 w = 0; w < plant.size(); ++w)
-      for (u64 events = plant[w] & ~product_.uncontrollable()[w]; events; events &= events - 1) {
+    for (u64 w = 0; w < scratch.plant.size(); ++w)
+      for (u64 events = scratch.plant[w] & ~product_.uncontrollable()[w]; events; events &= events - 1) {
         const u64 bit = static_cast<u64>(std::countr_zero(events));
-        const bool allowed = spec[w] >> bit & 1;
+        const bool allowed = scratch.spec[w] >> bit & 1;
         if (!allowed || !alive[targets_[next++]]) out.push_back(static_cast<i32>(w * 64 + bit));
       }
   }
 
  private:
-  std::array<std::vector<u64>, 2> masks(u32 state) const {
-    std::array<std::vector<u64>, 2> m{std::vector<u64>(product_.event_words()), std::vector<u64>(product_.event_words())};
-    product_.enabled(keys_[state], m[0].data(), m[1].data());
-    m[0][product_.marker() / 64] &= ~(u64{1} << product_.marker() % 64);
-    return m;
-  }
-  template <class F>
-  static void for_each(const std::vector<u64>& plant, const std::vector<u64>& spec, F&& f) {
-    for (u64 w = 0; w < plant.size(); ++w)
-      for (u64 events = plant[w] & spec[w]; events; events &= events - 1)
-        f(w * 64 + static_cast<u64>(std::countr_zero(events)));
-  }
-
   std::vector<Component> components_;
   Product<W> product_;
   Buffer<Key<W>> keys_;
@@ -171,10 +201,12 @@ class Explorer final : public Exploration {
 std::unique_ptr<Exploration> Exploration::make(std::vector<Component> components, std::vector<u8> uncontrollable) {
   Layout layout = pack(components);
   const u32 n = layout.n_words;
-  auto build = [&]<int W>() -> std::unique_ptr<Exploration> {
+  const bool slim = n == 1 && (layout.shifts.empty() || layout.shifts.back() + layout.bits.back() <= 32);
+  auto build = [&]<int W, bool Slim = false>() -> std::unique_ptr<Exploration> {
     layout.n_words = W;
-    return std::make_unique<Explorer<W>>(std::move(components), std::move(uncontrollable), std::move(layout));
+    return std::make_unique<Explorer<W, Slim>>(std::move(components), std::move(uncontrollable), std::move(layout));
   };
+  if (slim) return build.operator()<1, true>();
   if (n <= 1) return build.operator()<1>();
   if (n <= 2) return build.operator()<2>();
   if (n <= 4) return build.operator()<4>();

@@ -28,6 +28,12 @@ struct Edge {
   u32 target;
 };
 
+// What a look at one state needs; made once, used for many states.
+struct Scratch {
+  std::vector<u64> plant, spec;  // the events that the plants can do, and that the specifications allow
+  std::vector<Edge> row;
+};
+
 // The part of a product that survives, numbered breadth-first in the order of the alphabet.
 struct Extract {
   std::vector<i64> offsets, disabled_offsets;
@@ -44,8 +50,8 @@ class Exploration {
   // Breadth-first from the initial state; a state in which the plants can do an uncontrollable event that
   // the specifications forbid is *illegal* and is not expanded.
   virtual void run(Ticker& ticker) = 0;
-  // The transitions of one state in the order of the alphabet.
-  virtual void row(u32 state, std::vector<Edge>& out) const = 0;
+  // Put the transitions of one state, in the order of the alphabet, into `scratch.row`.
+  virtual void row(u32 state, Scratch& scratch) const = 0;
   // The state of every component, packed as in layout(); (n_states, n_words).
   virtual const u64* keys() const = 0;
   const Layout& layout() const { return layout_; }
@@ -67,8 +73,8 @@ class Exploration {
   std::vector<u8> reason;  // after fixpoint: a Reason
 
  protected:
-  // Collect the events of `state` that the plants can do and the specifications forbid, or that lead to a removed state.
-  virtual void disabled(u32 state, const Bits& alive, std::vector<i32>& out) const = 0;
+  // Append the controllable events of `state`, just looked at by row(), that are forbidden or lead to a removed state.
+  virtual void disabled(u32 state, const Bits& alive, const Scratch& scratch, std::vector<i32>& out) const = 0;
 
   u64 row_end(u64 state) const { return state + 1 < row_of_.size() ? row_of_[state + 1] : targets_.size(); }
   Bits alive() const;

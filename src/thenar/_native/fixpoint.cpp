@@ -163,13 +163,17 @@ Extract Exploration::extract(Ticker& ticker) const {
   out.disabled_offsets.push_back(0);
   if (!n_states() || !alive[0]) return out;
   std::vector<u32> number(n_states(), kNone);
-  std::vector<Edge> row;
+  Scratch scratch;
   number[0] = 0;
   out.origin.push_back(0);
+  out.events.reserve(n_transitions());  // address space only: pages are not touched before they are used
+  out.targets.reserve(n_transitions());
+  out.offsets.reserve(n_states() + 1);
+  out.origin.reserve(n_states());
   for (u64 k = 0; k < out.origin.size(); ++k) {
     const u32 x = static_cast<u32>(out.origin[k]);
-    this->row(x, row);
-    for (const auto& [event, target] : row) {
+    row(x, scratch);
+    for (const auto& [event, target] : scratch.row) {
       if (!alive[target]) continue;
       if (number[target] == kNone) {
         number[target] = static_cast<u32>(out.origin.size());
@@ -178,11 +182,11 @@ Extract Exploration::extract(Ticker& ticker) const {
       out.events.push_back(event);
       out.targets.push_back(static_cast<i32>(number[target]));
     }
-    disabled(x, alive, out.disabled);
+    disabled(x, alive, scratch, out.disabled);
     out.offsets.push_back(static_cast<i64>(out.events.size()));
     out.disabled_offsets.push_back(static_cast<i64>(out.disabled.size()));
     out.marked.push_back(marked_[x]);
-    ticker.tick(row.size() + 1, out.origin.size(), out.events.size());
+    ticker.tick(scratch.row.size() + 1, out.origin.size(), out.events.size());
   }
   return out;
 }
@@ -196,7 +200,7 @@ bool Exploration::path(u32 start, const u8* goal, const u8* inside, bool uncontr
   std::vector<Step> queue{{start, 0, -1}};
   Bits seen(n_states());
   seen.set(start);
-  std::vector<Edge> row;
+  Scratch scratch;
   for (u64 k = 0; k < queue.size(); ++k) {
     const u32 x = queue[k].state;
     if (goal[x]) {
@@ -209,8 +213,8 @@ bool Exploration::path(u32 start, const u8* goal, const u8* inside, bool uncontr
       std::reverse(events.begin(), events.end());
       return true;
     }
-    this->row(x, row);
-    for (const auto& [event, target] : row) {
+    row(x, scratch);
+    for (const auto& [event, target] : scratch.row) {
       if (seen[target] || !(inside[target] || goal[target])) continue;
       if (uncontrollable_only && !uncontrollable_[event]) continue;
       seen.set(target);

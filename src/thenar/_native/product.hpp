@@ -50,14 +50,19 @@ class Product {
       if (uncontrollable[e]) uncontrollable_[e / 64] |= u64{1} << e % 64;
     valid_.assign(n_words_, ~u64{0});
     valid_.back() = n_events_ % 64 == 63 ? ~u64{0} : (u64{2} << n_events_ % 64) - 1;
-    masks_.reserve(components.size());
-    fields_.reserve(components.size());
     for (u64 c = 0; c < components.size(); ++c) {
-      fields_.push_back({layout.words[c], layout.shifts[c], (u64{1} << layout.bits[c]) - 1});
-      if (layout.bits[c] == 64) fields_.back().mask = ~u64{0};
-      add_masks(components[c]);
-      add_moves(components[c], c);
-      initial_.w[layout.words[c]] |= static_cast<u64>(components[c].initial) << layout.shifts[c];
+      const Field field{layout.words[c], layout.shifts[c], low_bits(layout.bits[c])};
+      add_moves(components[c], field);
+      initial_.w[field.word] |= static_cast<u64>(components[c].initial) << field.shift;
+    }
+    // Neighbouring small components share one table: one look-up instead of many.
+    constexpr u32 kGroupBits = 10;
+    for (u64 first = 0, last; first < components.size(); first = last) {
+      u32 bits = layout.bits[first];
+      for (last = first + 1; last < components.size() && layout.words[last] == layout.words[first] &&
+                             bits + layout.bits[last] <= kGroupBits;)
+        bits += layout.bits[last++];
+      add_group(components, layout, first, last, bits);
     }
   }
 
@@ -70,11 +75,13 @@ class Product {
   // Write the events that the plants can do and those that the specifications allow, one bit an event.
   void enabled(const Key<W>& key, u64* plant, u64* spec) const {
     for (u64 w = 0; w < n_words_; ++w) plant[w] = spec[w] = valid_[w];
-    for (u64 c = 0; c < masks_.size(); ++c) {
-      const Mask& m = masks_[c];
-      const u64* row = m.rows.data() + state(key, c) * m.words.size();
-      u64* out = m.plant ? plant : spec;
-      for (u64 w = 0; w < m.words.size(); ++w) out[m.words[w]] &= row[w];
+    for (const Group& g : groups_) {
+      const u64 n = g.words.size();
+      const u64* row = g.rows.data() + (key.w[g.field.word] >> g.field.shift & g.field.mask) * 2 * n;
+      for (u64 w = 0; w < n; ++w) {
+        plant[g.words[w]] &= row[w];
+        spec[g.words[w]] &= row[n + w];
+      }
     }
   }
 
@@ -93,10 +100,10 @@ class Product {
     u32 word, shift;
     u64 mask;
   };
-  struct Mask {
-    bool plant;
-    std::vector<u32> words;  // the event words that the component has a say in
-    std::vector<u64> rows;   // (n_states, words): enabled or foreign events
+  struct Group {
+    Field field;
+    std::vector<u32> words;  // the event words that its components have a say in
+    std::vector<u64> rows;   // (states, 2, words): what its plants can do, what its specifications allow
   };
   struct Move {
     Field field;
@@ -105,7 +112,7 @@ class Product {
     const Graph* graph;
   };
 
-  u64 state(const Key<W>& key, u64 c) const { return key.w[fields_[c].word] >> fields_[c].shift & fields_[c].mask; }
+  static u64 low_bits(u32 n) { return n == 64 ? ~u64{0} : (u64{1} << n) - 1; }
 
   static u64 search(const Graph& g, u64 q, u64 event) {
     const i32* lo = g.events + g.offsets[q];
@@ -113,31 +120,49 @@ class Product {
     return static_cast<u64>(g.targets[std::lower_bound(lo, hi, static_cast<i32>(event)) - g.events]);
   }
 
-  void add_masks(const Component& c) {
-    bool all_marked = std::all_of(c.marked, c.marked + c.graph.n_states, [](u8 m) { return m != 0; });
-    std::vector<u64> foreign(valid_);  // what a component has no say in is always enabled
+  // The bits in which one component has a say: its alphabet, and the marker unless all its states are marked.
+  std::vector<u64> say(const Component& c) const {
+    std::vector<u64> own(n_words_);
     for (u64 e = 0; e < n_events_; ++e)
-      if (c.own[e]) foreign[e / 64] &= ~(u64{1} << e % 64);
-    if (!all_marked) foreign[marker() / 64] &= ~(u64{1} << marker() % 64);
-    Mask m{c.plant, {}, {}};
-    std::vector<u64> place(n_words_);
-    for (u64 w = 0; w < n_words_; ++w)
-      if (foreign[w] != valid_[w]) place[w] = m.words.size(), m.words.push_back(static_cast<u32>(w));
-    const u64 n = m.words.size();
-    m.rows.resize(static_cast<u64>(c.graph.n_states) * n);
-    for (i64 q = 0; q < c.graph.n_states && n; ++q) {
-      u64* row = m.rows.data() + static_cast<u64>(q) * n;
-      for (u64 w = 0; w < n; ++w) row[w] = foreign[m.words[w]];
-      for (i64 k = c.graph.offsets[q]; k < c.graph.offsets[q + 1]; ++k) {
-        u64 e = static_cast<u64>(c.graph.events[k]);
-        row[place[e / 64]] |= u64{1} << e % 64;
-      }
-      if (!all_marked && c.marked[q]) row[place[marker() / 64]] |= u64{1} << marker() % 64;
-    }
-    masks_.push_back(std::move(m));
+      if (c.own[e]) own[e / 64] |= u64{1} << e % 64;
+    if (!std::all_of(c.marked, c.marked + c.graph.n_states, [](u8 m) { return m != 0; }))
+      own[marker() / 64] |= u64{1} << marker() % 64;
+    return own;
   }
 
-  void add_moves(const Component& c, u64 index) {
+  void add_group(const std::vector<Component>& components, const Layout& layout, u64 first, u64 last, u32 bits) {
+    const u32 base = layout.shifts[first];
+    Group g{{layout.words[first], base, low_bits(bits)}, {}, {}};
+    std::vector<u64> any(n_words_);
+    for (u64 c = first; c < last; ++c) {
+      const auto own = say(components[c]);
+      for (u64 w = 0; w < n_words_; ++w) any[w] |= own[w];
+    }
+    for (u64 w = 0; w < n_words_; ++w)
+      if (any[w]) g.words.push_back(static_cast<u32>(w));
+    const u64 n = g.words.size();
+    const u64 n_rows = last - first == 1 ? static_cast<u64>(components[first].graph.n_states) : u64{1} << bits;
+    g.rows.assign(n_rows * 2 * n, ~u64{0});
+    std::vector<u64> enabled(n_words_);
+    for (u64 c = first; c < last && n; ++c) {
+      const Component& part = components[c];
+      const auto own = say(part);
+      const u64 stride = u64{1} << (layout.shifts[c] - base);  // rows that differ in this component's state only
+      for (i64 q = 0; q < part.graph.n_states; ++q) {
+        for (u64 w = 0; w < n_words_; ++w) enabled[w] = ~own[w];
+        for (i64 k = part.graph.offsets[q]; k < part.graph.offsets[q + 1]; ++k)
+          enabled[part.graph.events[k] / 64] |= u64{1} << part.graph.events[k] % 64;
+        if (part.marked[q]) enabled[marker() / 64] |= u64{1} << marker() % 64;
+        const u64 period = stride << layout.bits[c];
+        for (u64 high = static_cast<u64>(q) * stride; high < n_rows; high += period)
+          for (u64 row = high; row < std::min(high + stride, n_rows); ++row)
+            for (u64 w = 0; w < n; ++w) g.rows[(row * 2 + !part.plant) * n + w] &= enabled[g.words[w]];
+      }
+    }
+    groups_.push_back(std::move(g));
+  }
+
+  void add_moves(const Component& c, const Field& field) {
     constexpr u64 kDenseEntries = 1 << 22;  // 32 MiB a component; beyond that a row is searched
     std::vector<u64> local(n_events_);
     u64 stride = 0;
@@ -151,17 +176,16 @@ class Product {
       for (i64 k = c.graph.offsets[q]; k < c.graph.offsets[q + 1]; ++k) {
         const i32 e = c.graph.events[k], t = c.graph.targets[k];
         if (t != q) moves[e] = 1;
-        if (dense) dense[static_cast<u64>(q) * stride + local[e]] = static_cast<u64>(q ^ t) << fields_[index].shift;
+        if (dense) dense[static_cast<u64>(q) * stride + local[e]] = static_cast<u64>(q ^ t) << field.shift;
       }
     for (u64 e = 0; e < n_events_; ++e)
-      if (moves[e]) moves_[e].push_back({fields_[index], dense, stride, local[e], &c.graph});
+      if (moves[e]) moves_[e].push_back({field, dense, stride, local[e], &c.graph});
   }
 
   u64 n_events_, n_words_;
   std::vector<u64> uncontrollable_, valid_;
   std::vector<std::vector<Move>> moves_;
-  std::vector<Field> fields_;
-  std::vector<Mask> masks_;
+  std::vector<Group> groups_;
   std::vector<std::vector<u64>> dense_;
   Key<W> initial_{};
 };
