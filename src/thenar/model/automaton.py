@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,6 +28,7 @@ class Automaton(Displayable):
     * ``targets``: (n_transitions,) int32, state entered by each transition
     * ``marked``: (n_states,) bool, the marker states Qm
     * ``initial``: q0; -1 in the empty automaton, which has no states
+    * ``meaning``: what the automaton says, in words, for explanations
 
     The constructor trusts its arrays; build with :func:`from_transitions` or :func:`from_arrays`, which check.
 
@@ -46,6 +47,7 @@ class Automaton(Displayable):
     targets: NDArray[np.int32]
     marked: NDArray[np.bool_]
     states: StateNames
+    meaning: str = field(default="", kw_only=True)
 
     def __post_init__(self) -> None:
         for array in (self.offsets, self.events, self.targets, self.marked):
@@ -111,6 +113,7 @@ class Automaton(Displayable):
         alphabet: Iterable[str] = (),
         states: Iterable[str] | None = None,
         name: str = "",
+        meaning: str = "",
     ) -> Automaton:
         """Build from triples (source, event, target) or from arrow notation.
 
@@ -137,6 +140,7 @@ class Automaton(Displayable):
             alphabet=alphabet,
             states=states,
             name=name,
+            meaning=meaning,
         )
 
     @classmethod

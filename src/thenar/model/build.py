@@ -13,11 +13,12 @@ from thenar.model.automaton import Automaton
 from thenar.model.events import Alphabet, Event
 from thenar.model.names import Listed
 
-__all__ = ["Parts", "assemble", "build_automaton", "check_parts", "parse_arrows", "place_in_words"]
+__all__ = ["Parts", "Unknown", "assemble", "build_automaton", "check_parts", "parse_arrows", "place_in_words"]
 
 Transition = tuple[str, str, str]
 Complaint = tuple[tuple[str | int, ...], str]  # path to the culprit inside the automaton, and what is wrong
 
+_LOOKS = 100_000  # at known names for the one nearest to an unknown one; about half a second
 _ARROW = re.compile(r"\s+-(\S+)->\s+")
 
 
@@ -46,6 +47,7 @@ def build_automaton(
     alphabet: Iterable[str],
     states: Iterable[str] | None,
     name: str,
+    meaning: str,
 ) -> Automaton:
     """Do the work of :meth:`Automaton.from_transitions`."""
     parts = Parts(transitions, initial, marked, alphabet, states)
@@ -66,7 +68,7 @@ def build_automaton(
     complaints = [*parts.complaints, *check_parts(parts, known)]
     if complaints:
         raise ModelError([Mistake(_place(name, path), what) for path, what in complaints])
-    return assemble(cls, parts, known, name)
+    return assemble(cls, parts, known, name, meaning)
 
 
 class Parts:
@@ -106,31 +108,60 @@ class Parts:
         return list(dict.fromkeys((self.initial, *mentioned) if self.initial else mentioned))
 
 
-def check_parts(parts: Parts, known: Alphabet) -> list[Complaint]:
-    """Return everything that is wrong with ``parts`` when ``known`` are the events that exist."""
+class Unknown:
+    """Says that a name is unknown, and offers the nearest known one.
+
+    To find that one takes a look at every known name, so it is done once a name, and only while the looks
+    are few: a file whose names are all wrong is told so without delay.
+
+    >>> Unknown("event", ["lift", "slip"])("slop")
+    "unknown event 'slop'; did you mean 'slip'?"
+    """
+
+    def __init__(self, kind: str, known: Sequence[str]) -> None:
+        self._kind, self._known = kind, known
+        self._searches = max(1, _LOOKS // max(1, len(known)))
+        self._said: dict[str, str] = {}
+
+    def __call__(self, name: str) -> str:
+        if name not in self._said:
+            near = did_you_mean(name, self._known) if len(self._said) < self._searches else ""
+            self._said[name] = f"unknown {self._kind} {name!r}{near}"
+        return self._said[name]
+
+
+def check_parts(parts: Parts, known: Alphabet, unknown_event: Unknown | None = None) -> list[Complaint]:
+    """Return everything that is wrong with ``parts`` when ``known`` are the events that exist.
+
+    Whoever checks many automata against the same events gives the same ``unknown_event`` to all of them.
+    """
     complaints: list[Complaint] = []
     states = parts.state_names()
     state_set = set(states)
+    unknown_state = Unknown("state", states)
+    unknown_event = unknown_event or Unknown("event", known.names)
     for what, listed in (("states", parts.declared or []), ("alphabet", parts.alphabet), ("marked", parts.marked)):
+        met: set[str] = set()
         for k, item in enumerate(listed):
-            if item in listed[:k]:
+            if item in met:
                 complaints.append(((what, k), f"{item!r} is listed twice"))
+            met.add(item)
     if not parts.initial:
         complaints.append((("initial",), "no initial state; write which state the automaton starts in"))
     elif parts.initial not in state_set:
-        complaints.append((("initial",), _unknown("state", parts.initial, states)))
+        complaints.append((("initial",), unknown_state(parts.initial)))
     complaints += [
-        (("marked", k), _unknown("state", q, states)) for k, q in enumerate(parts.marked) if q not in state_set
+        (("marked", k), unknown_state(q)) for k, q in enumerate(parts.marked) if q not in state_set
     ]
     complaints += [
-        (("alphabet", k), _unknown("event", e, known.names)) for k, e in enumerate(parts.alphabet) if e not in known
+        (("alphabet", k), unknown_event(e)) for k, e in enumerate(parts.alphabet) if e not in known
     ]
     seen: dict[tuple[str, str], tuple[int, str]] = {}
     for k, (s, e, t) in parts.triples:
         here = ("transitions", k)
-        complaints += [(here, _unknown("state", q, states)) for q in dict.fromkeys((s, t)) if q not in state_set]
+        complaints += [(here, unknown_state(q)) for q in dict.fromkeys((s, t)) if q not in state_set]
         if e not in known:
-            complaints.append((here, _unknown("event", e, known.names)))
+            complaints.append((here, unknown_event(e)))
         first, other = seen.setdefault((s, e), (k, t))
         if other != t:
             what = f"nondeterministic: {e!r} leads from {s!r} to {t!r}, and to {other!r} in transition {first + 1}"
@@ -140,7 +171,7 @@ def check_parts(parts: Parts, known: Alphabet) -> list[Complaint]:
     return complaints
 
 
-def assemble(cls: type[Automaton], parts: Parts, known: Alphabet, name: str) -> Automaton:
+def assemble(cls: type[Automaton], parts: Parts, known: Alphabet, name: str, meaning: str = "") -> Automaton:
     """Turn checked ``parts`` into arrays."""
     alphabet = known.restrict(dict.fromkeys(parts.event_names()))
     states = parts.state_names()
@@ -160,11 +191,8 @@ def assemble(cls: type[Automaton], parts: Parts, known: Alphabet, name: str) -> 
         columns[:, 2].astype(np.int32),
         marked,
         Listed(tuple(states)),
+        meaning=meaning,
     )
-
-
-def _unknown(kind: str, name: str, known: Iterable[str]) -> str:
-    return f"unknown {kind} {name!r}{did_you_mean(name, known)}"
 
 
 def place_in_words(path: Sequence[str | int]) -> str:

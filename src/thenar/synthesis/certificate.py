@@ -1,0 +1,95 @@
+"""Writing certificates: the evidence of a synthesis as a file that an independent checker can follow."""
+
+from __future__ import annotations
+
+import io
+import json
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thenar._native import kernel
+from thenar.errors import InputError
+from thenar.explicit.kernel import bytemask, rows_in_order_of
+from thenar.model.problem import Problem
+from thenar.synthesis.api import SynthesisResult
+from thenar.synthesis.verify import FORMAT, digest
+
+__all__ = ["certificate", "is_about"]
+
+
+def certificate(result: SynthesisResult) -> bytes:
+    """Return the certificate of ``result``: the bytes of a NumPy archive that ``thenar verify`` checks.
+
+    It holds the problem, every explored state with the reason and rank of its removal, for each survivor the
+    length of a shortest way to a marked state, and the supervisor; see :mod:`thenar.synthesis.verify`.
+    O(states x components) memory.
+
+    Raises InputError if an automaton of the problem is empty: then nothing was explored.
+    """
+    evidence, extract = result.evidence, result.extract
+    if evidence is None or extract is None:
+        raise InputError("nothing to certify: an automaton of the problem has no states")
+    problem, native = result.problem, evidence.native
+    header, arrays = _problem(problem)
+    every = np.arange(evidence.n_states)
+    widest = max((a.n_states for a in problem.automata), default=1)
+    arrays["coords"] = evidence.coordinates(every).astype(np.min_scalar_type(widest))
+    arrays["reason"] = np.array(native.reason)
+    arrays["rank"] = np.array(native.rank)
+    # Only reachable survivors are numbered in the supervisor; the others are dropped from the certificate:
+    # nothing refers to them, for a removed state leads to removed ones and a survivor to reachable ones.
+    s = extract.automaton
+    way = np.full(evidence.n_states, -1, np.int32)
+    way[extract.origin] = kernel.distance_to(s.offsets, s.events, s.targets, bytemask(s.marked))
+    arrays["way"] = way
+    keep = (arrays["reason"] != 0) | (way >= 0)
+    number = np.cumsum(keep) - 1
+    for name in ("coords", "reason", "rank", "way"):
+        arrays[name] = arrays[name][keep]
+    arrays["origin"] = number[extract.origin]
+    arrays["sup_offsets"], arrays["sup_events"], arrays["sup_targets"] = s.offsets, s.events, s.targets
+    arrays["sup_marked"] = bytemask(s.marked)
+    file = io.BytesIO()
+    packed: dict[str, Any] = {
+        "header": np.frombuffer(json.dumps(header).encode(), np.uint8),
+        "digest": np.frombuffer(digest(arrays, header), np.uint8),
+        **arrays,
+    }
+    np.savez_compressed(file, **packed)
+    return file.getvalue()
+
+
+def is_about(arrays: dict[str, NDArray[Any]], header: dict[str, Any], problem: Problem) -> bool:
+    """Return whether a certificate, as :func:`thenar.synthesis.verify.read` reads it, is about this ``problem``."""
+    wanted_header, wanted = _problem(problem)
+    fields = ("events", "automata")
+    return all(header[f] == wanted_header[f] for f in fields) and all(
+        name in arrays and np.array_equal(arrays[name], array) for name, array in wanted.items()
+    )
+
+
+def _problem(problem: Problem) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+    header: dict[str, Any] = {
+        "format": FORMAT,
+        "problem": problem.name,
+        "events": [{"name": e.name, "controllable": e.controllable} for e in problem.alphabet],
+        "automata": [],
+    }
+    arrays: dict[str, NDArray[Any]] = {}
+    for k, a in enumerate(problem.automata):
+        kind = "plant" if k < len(problem.plants) else "spec"
+        header["automata"].append({"name": a.name, "kind": kind, "initial": a.initial})
+        events, targets = rows_in_order_of(problem.alphabet, a)
+        own = bytemask([e.name in a.alphabet for e in problem.alphabet])
+        marked = bytemask(a.marked)
+        for name, array in (
+            ("offsets", a.offsets),
+            ("events", events),
+            ("targets", targets),
+            ("own", own),
+            ("marked", marked),
+        ):
+            arrays[f"{name}_{k}"] = array
+    return header, arrays

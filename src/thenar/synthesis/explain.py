@@ -1,0 +1,302 @@
+"""Why: the reasons behind a supervisor, as words and as data.
+
+Everything is read off the evidence of the synthesis: the explored product, in which each removed state
+carries the reason and the rank of its removal (0: a specification is broken here; otherwise larger than
+that of the states it follows from).  A question costs one search in that product, never a synthesis;
+only :func:`explain_empty` synthesises again, with fewer specifications and within the states that the
+synthesis itself explored.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from thenar.errors import InputError, LimitReached
+from thenar.explicit.control import allows, forbidden
+from thenar.explicit.kernel import Exploration
+from thenar.explicit.reach import shortest_trace
+from thenar.model.automaton import Automaton
+from thenar.model.display import Displayable
+from thenar.model.limits import Limits
+from thenar.model.problem import Problem
+from thenar.model.trace import Trace
+from thenar.synthesis.api import SynthesisResult, synthesize
+
+__all__ = ["Explanation", "Violation", "explain_disabled", "explain_empty", "explain_removed"]
+
+SURVIVES, ILLEGAL, UNCONTROLLABLE, BLOCKING = range(4)  # as the kernel numbers its reasons
+MIN_BUDGET = 100_000  # product states that minimising a conflict may explore however small the problem: milliseconds
+
+
+@dataclass(frozen=True, slots=True)
+class Violation:
+    """Specification ``spec``, in its state ``state``, forbids ``event``; ``meaning`` is what it says in words."""
+
+    spec: str
+    state: str
+    event: str
+    meaning: str = ""
+
+    def __str__(self) -> str:
+        says = f" ({self.meaning.rstrip('.')})" if self.meaning else ""
+        return f"{self.spec}{says} forbids {self.event} in its state {self.state!r}"
+
+
+@dataclass(frozen=True, slots=True)
+class Explanation(Displayable):
+    """An answer to *why*.  ``str`` gives the words; the fields are the data.
+
+    * ``verdict``: ``"enabled"``; ``"impossible"`` (the plant cannot do it); ``"forbidden"`` (a specification
+      says no); ``"uncontrollable"`` (uncontrollable events could then break a specification);
+      ``"blocking"`` (no marked state could then be reached); ``"prevented"`` (the supervisor has already cut
+      the trace asked about)
+    * ``after``: the trace to where the question is asked; ``event``: the event asked about
+    * ``continuation``: the shortest uncontrollable string from there to what goes wrong
+    * ``violations``: the specifications broken at its end
+    * ``conflict``: for an impossible task, specifications that cannot be met together; ``minimal`` says
+      that leaving out any one of them gives a supervisor
+    """
+
+    verdict: str
+    text: str
+    after: Trace = Trace()
+    event: str | None = None
+    continuation: Trace = Trace()
+    violations: tuple[Violation, ...] = ()
+    conflict: tuple[str, ...] = ()
+    minimal: bool = True
+
+    def __str__(self) -> str:
+        return self.text
+
+    def to_dict(self) -> dict[str, object]:
+        """Return the explanation as plain lists, strings and numbers."""
+        plain = asdict(self)
+        return {k: list(v) if isinstance(v, (Trace, tuple)) else v for k, v in plain.items()}
+
+
+def explain_disabled(
+    result: SynthesisResult, event: str, *, after: Iterable[str] | str | None = None, state: int | None = None
+) -> Explanation:
+    """Say whether ``event`` is enabled after a trace, or in a supervisor state, and why not.
+
+    Give ``after`` (a trace; default: the empty one) or ``state`` (a number; a shortest trace leads there).
+    One search in the explored product.  Raises UnknownName for an event that does not exist.
+
+    >>> from thenar.library.classics import small_factory
+    >>> print(explain_disabled(synthesize(small_factory()), "start_2"))
+    In the initial state start_2 is disabled: BUFFER (...) forbids start_2 in its state 'empty'.
+    """
+    result.problem.alphabet.index(event)
+    evidence, trace = _evidence(result), _trace(result, after, state)
+    x, prevented = _walk(result, evidence, trace)
+    if prevented is not None:
+        return prevented
+    return _why(result, evidence, x, trace, event)
+
+
+def explain_removed(result: SynthesisResult, after: Iterable[str] | str) -> Explanation:
+    """Say why the state that plants and specifications reach by ``after`` is not one of the supervisor's.
+
+    The trace may leave the supervised behaviour, but not the specifications: beyond their end there is no state.
+    If the state was not removed the verdict is ``"enabled"``.  One search in the explored product.
+    """
+    evidence, trace = _evidence(result), _trace(result, after, None)
+    x = 0
+    for k, event in enumerate(trace):
+        result.problem.alphabet.index(event)
+        target = dict(_row(evidence, x)).get(event)
+        if target is None:
+            if evidence.native.reason[x] == ILLEGAL:
+                return _consequence(result, evidence, x, trace[:k], f"{_after(trace[:k])} the state is removed: ")
+            return _why(result, evidence, x, trace[:k], event)
+        x = target
+    if evidence.native.reason[x] == SURVIVES:
+        return Explanation("enabled", f"{_after(trace)} the state is one of the supervisor's.", trace)
+    return _consequence(result, evidence, x, trace, f"{_after(trace)} the state is removed: ")
+
+
+def explain_empty(result: SynthesisResult) -> Explanation:
+    """Say why no supervisor exists: specifications that cannot be met together, and the trace that shows it.
+
+    The conflict is minimised by leaving out one specification after the other; these syntheses together may
+    explore as many states as the one that failed (at least 100 000), otherwise ``minimal`` is False.
+
+    Raises InputError if a supervisor does exist.
+    """
+    if result:
+        raise InputError("a supervisor exists; ask explain_disabled about its decisions")
+    problem = result.problem
+    empty = [a.name for a in problem.automata if a.is_empty]
+    if empty:
+        return Explanation(
+            "impossible", f"No supervisor exists: {' and '.join(empty)} has no states.", conflict=tuple(empty)
+        )
+    specs, minimal = _minimal_conflict(result)
+    core = (
+        result
+        if len(specs) == len(problem.specs)
+        else synthesize(Problem(problem.plants, specs, alphabet=problem.alphabet))
+    )
+    names = tuple(s.name for s in specs)
+    if not names:
+        who = "even without any specification"
+    elif len(names) == 1:
+        who = f"{names[0]} alone makes it impossible"
+    else:
+        who = f"{', '.join(names[:-1])} and {names[-1]} cannot be met together"
+    if names and minimal:
+        who += "; without it there is one" if len(names) == 1 else "; without any one of them there is one"
+    why = _consequence(core, _evidence(core), 0, Trace(), "")
+    text = f"No supervisor exists: {who}. Already at the start {why.text}"
+    return Explanation(why.verdict, text, Trace(), None, why.continuation, why.violations, names, minimal)
+
+
+# -- the parts of an answer ------------------------------------------------------------------------------------
+
+
+def _why(result: SynthesisResult, evidence: Exploration, x: int, trace: Trace, event: str) -> Explanation:
+    """Explain ``event`` at product state ``x``, which survives or at least was expanded."""
+    here = _after(trace)
+    parts = list(zip(evidence.parts, evidence.coordinates([x])[0].tolist(), strict=True))
+    n_plants = len(result.problem.plants)
+    unable = [(p, q) for p, q in parts[:n_plants] if not allows(p, q, event)]
+    if unable:
+        who = " and ".join(f"{p.name} is in state {p.states[q]!r}" for p, q in unable)
+        return Explanation("impossible", f"{here} the plant cannot do {event}: {who}.", trace, event)
+    against = _violations((event, s, q) for s, q in parts[n_plants:] if not allows(s, q, event))
+    if against:
+        text = f"{here} {event} is disabled: {_listed(against)}."
+        return Explanation("forbidden", text, trace, event, violations=against)
+    target = dict(_row(evidence, x))[event]
+    if evidence.native.reason[target] == SURVIVES:
+        return Explanation("enabled", f"{here} {event} is enabled.", trace, event)
+    return _consequence(result, evidence, target, trace, f"{here} {event} is disabled: if it happened, ", event)
+
+
+def _consequence(
+    result: SynthesisResult, evidence: Exploration, x: int, trace: Trace, lead: str, event: str | None = None
+) -> Explanation:
+    """Say what goes wrong, unpreventably, from the removed product state ``x`` on; ``lead`` begins the sentence."""
+    reason, rank = evidence.native.reason, evidence.native.rank
+    path = [] if reason[x] != UNCONTROLLABLE else evidence.shortest_uncontrollable(x, reason == ILLEGAL)
+    if path is None:
+        path = evidence.shortest_uncontrollable(x, (reason == BLOCKING) & (rank < rank[x]))
+    assert path is not None  # a state removed for an uncontrollable event leads to one removed for another reason
+    end = path[-1][1] if path else x
+    string = Trace(e for e, _ in path)
+    if reason[end] == ILLEGAL:
+        broken = forbidden(evidence, len(result.problem.plants), end)
+        last = broken[0][0]
+        violations = _violations(v for v in broken if v[0] == last)
+        string = Trace([*string, last])
+        text = f"{lead}{_could_follow(string)}, and {_listed(violations)}."
+        return Explanation("uncontrollable", text, trace, event, string, violations)
+    stuck = _stuck(evidence, end)
+    text = f"{lead}{_could_follow(string) + ', and then ' if len(string) else ''}{stuck}"
+    return Explanation("blocking", text, trace, event, string)
+
+
+def _stuck(evidence: Exploration, x: int) -> str:
+    """Say why no marked state can be reached from ``x``, a state removed as blocking."""
+    reason, rank = evidence.native.reason, evidence.native.rank
+    name = evidence.names(np.array([x]))[0]
+    row = _row(evidence, x)
+    if not row:
+        return f"nothing could happen any more in state {name!r}, which is not marked (a deadlock)."
+    exit_ = evidence.shortest(rank < rank[x], inside=rank == rank[x], start=x) if (rank < rank[x]).any() else None
+    survivors_below = (reason[[t for _, t in row]] == SURVIVES).any()
+    if exit_ is None or survivors_below:
+        return f"no marked state could be reached from state {name!r}, whatever happened."
+    way, last = Trace(e for e, _ in exit_), exit_[-1][1]
+    cause = {
+        ILLEGAL: "a state where an uncontrollable event breaks a specification",
+        UNCONTROLLABLE: "a state from which uncontrollable events break a specification or block",
+        BLOCKING: "a state from which no marked state can be reached",
+    }[int(reason[last])]
+    return (
+        f"no marked state could be reached from state {name!r}: every way to one passes a state that is itself "
+        f"removed, the nearest after {way} ({cause})."
+    )
+
+
+def _walk(result: SynthesisResult, evidence: Exploration, trace: Trace) -> tuple[int, Explanation | None]:
+    """Follow ``trace`` under supervision; return where it ends, or why the supervisor (or the plant) cuts it."""
+    if not result:
+        return 0, explain_empty(result)
+    x = 0
+    for k, event in enumerate(trace):
+        result.problem.alphabet.index(event)
+        target = dict(_row(evidence, x)).get(event)
+        if target is None or evidence.native.reason[target] != SURVIVES:
+            cut = _why(result, evidence, x, trace[:k], event)
+            where = f"The trace is cut at its event {k + 1} of {len(trace)}. "
+            verdict = "impossible" if cut.verdict == "impossible" else "prevented"
+            return x, Explanation(verdict, where + cut.text, cut.after, event, cut.continuation, cut.violations)
+        x = target
+    return x, None
+
+
+def _minimal_conflict(result: SynthesisResult) -> tuple[tuple[Automaton, ...], bool]:
+    """Drop specifications one after the other as long as no supervisor exists without them."""
+    problem = result.problem
+    budget = max(_evidence(result).n_states, MIN_BUDGET)
+    needed = list(problem.specs)
+    minimal = True
+    for spec in reversed(problem.specs):
+        fewer = [s for s in needed if s is not spec]
+        try:
+            trial = synthesize(Problem(problem.plants, fewer, alphabet=problem.alphabet), limits=Limits(states=budget))
+        except LimitReached:
+            return tuple(needed), False
+        budget -= _evidence(trial).n_states
+        if not trial:
+            needed = fewer
+        if budget <= 0:
+            minimal = False
+            break
+    return tuple(needed), minimal
+
+
+def _evidence(result: SynthesisResult) -> Exploration:
+    if result.evidence is None:
+        raise InputError("nothing was explored: an automaton of the problem has no states")
+    return result.evidence
+
+
+def _trace(result: SynthesisResult, after: Iterable[str] | str | None, state: int | None) -> Trace:
+    if state is not None:
+        if after is not None:
+            raise InputError("give a trace or a state, not both")
+        supervisor = result.supervisor.automaton
+        return shortest_trace(supervisor, to=supervisor.state(state)) or Trace()
+    if isinstance(after, str):
+        return Trace.parse(after)
+    return Trace(after or ())
+
+
+def _row(evidence: Exploration, x: int) -> list[tuple[str, int]]:
+    return [(evidence.alphabet[e].name, t) for e, t in evidence.native.row(x)]
+
+
+def _violations(broken: Iterable[tuple[str, Automaton, int]]) -> tuple[Violation, ...]:
+    return tuple(Violation(spec.name, spec.states[q], event, spec.meaning) for event, spec, q in broken)
+
+
+def _listed(violations: tuple[Violation, ...]) -> str:
+    return ", and ".join(str(v) for v in violations)
+
+
+def _after(trace: Trace) -> str:
+    if not len(trace):
+        return "In the initial state"
+    shown = f"..., {trace[-6:]}" if len(trace) > 8 else str(trace)
+    return f"After {shown} ({len(trace)} events)" if len(trace) > 8 else f"After {shown}"
+
+
+def _could_follow(string: Trace) -> str:
+    plural = len(string) > 1
+    return f"the uncontrollable {'events ' if plural else ''}{string} could follow, which no supervisor can prevent"

@@ -1,0 +1,334 @@
+"""The certificate checker: a short, independent proof check in NumPy.
+
+It shares no code with the kernel, nor with the rest of thenar but for the exception it raises.  A certificate
+holds the automata of a problem; states of their product, each one a *survivor* or *removed* with a reason and
+a rank; and the supervisor.  Checked is, for every state and event at once,
+
+* *legal*:        no survivor has an uncontrollable event that the plants can do and a specification forbids,
+* *controllable*: every uncontrollable event that is possible in a survivor leads to a survivor,
+* *nonblocking*:  every survivor is marked or has a transition to a survivor that is one step nearer to one,
+* *largest*:      every removed state has a reason of lower rank: a specification broken by an uncontrollable
+  event; an uncontrollable event to a removed state of lower rank; or not being marked, and having all its
+  transitions to removed states that are of lower rank or are removed for this same reason at this same rank,
+* *faithful*:     the supervisor is the survivors that can be reached from the initial state, with all the
+  transitions between them.
+
+By induction over the rank no removed state can be in any controllable, nonblocking subset, so what is left
+is the largest.   [Ramadge and Wonham 1987]
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thenar.errors import CertificateError
+
+__all__ = ["FORMAT", "Verdict", "digest", "read", "verify"]
+
+FORMAT = "thenar certificate 1"
+MAX_BYTES = 8 << 30  # unpacked; a file that claims more is refused before it is read
+SURVIVES, ILLEGAL, UNCONTROLLABLE, BLOCKING = range(4)
+
+Arrays = Mapping[str, NDArray[Any]]
+Mask = NDArray[np.bool_]
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """True if the certificate proves what it claims; otherwise ``reason`` names the first thing that is wrong."""
+
+    holds: bool
+    reason: str
+    problem: str = ""
+    states: int = 0
+    transitions: int = 0
+    checked: int = 0
+
+    def __bool__(self) -> bool:
+        return self.holds
+
+
+class _Wrong(Exception):
+    """What the certificate gets wrong."""
+
+
+def verify(path: str | Path) -> Verdict:
+    """Check the certificate in the file ``path``.
+
+    Time and memory O(states x events) in NumPy.  Raises CertificateError for a file that is no certificate, or
+    a damaged one; a whole certificate that proves nothing gives a false Verdict.
+    """
+    arrays, header = read(path)
+    try:
+        checker = _Checker(arrays, header)
+        checker.check_states()
+        checker.check_removed()
+        checker.check_survivors()
+        checker.check_supervisor()
+    except _Wrong as wrong:
+        return Verdict(False, str(wrong), header["problem"])
+    n, m = len(arrays["origin"]), len(arrays["sup_events"])
+    exists = "controllable, nonblocking, within the specifications and largest" if n else "no supervisor exists"
+    return Verdict(True, exists, header["problem"], n, m, len(arrays["reason"]))
+
+
+def read(path: str | Path) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+    """Return the arrays and the header of a certificate; raise CertificateError if it is none, or damaged."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            size = sum(member.file_size for member in archive.infolist())
+        if size > MAX_BYTES:
+            raise CertificateError(f"{path}: unpacks to {size:,} bytes, more than the {MAX_BYTES:,} that are read")
+        with np.load(path, allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+        header = json.loads(arrays.pop("header").tobytes())
+        claimed = bytes(arrays.pop("digest"))
+    except CertificateError:
+        raise
+    except OSError as error:
+        raise CertificateError(f"{path}: {error.strerror or error}") from None
+    except Exception:  # whatever zipfile, numpy and json raise on hostile bytes
+        raise CertificateError(
+            f"{path}: not a certificate; write one with 'thenar synth MODEL --certificate FILE'"
+        ) from None
+    if not isinstance(header, dict) or header.get("format") != FORMAT:
+        raise CertificateError(f"{path}: not a '{FORMAT}' file")
+    if claimed != digest(arrays, header):
+        raise CertificateError(f"{path}: damaged: its contents do not match their digest")
+    return arrays, header
+
+
+def digest(arrays: Arrays, header: dict[str, Any]) -> bytes:
+    """Return the SHA-256 of the contents, array by array in the order of their names."""
+    h = hashlib.sha256(json.dumps(header, sort_keys=True).encode())
+    for name in sorted(arrays):
+        array = np.ascontiguousarray(arrays[name])
+        h.update(f"{name} {array.dtype.str} {array.shape}".encode())
+        h.update(array.tobytes())
+    return h.digest()
+
+
+class _Checker:
+    def __init__(self, arrays: Arrays, header: dict[str, Any]) -> None:
+        self.arrays, self.header = arrays, header
+        try:
+            self.events = [str(e["name"]) for e in header["events"]]
+            self.free = [e["controllable"] is False for e in header["events"]]
+            self.plant = [a["kind"] == "plant" for a in header["automata"]]
+            self.names = [str(a["name"]) for a in header["automata"]]
+            initial = [int(a["initial"]) for a in header["automata"]]
+            self.tables = [self._table(k) for k in range(len(self.names))]
+            self.coords = arrays["coords"].astype(np.int64)
+            self.reason, self.rank, self.way = (arrays[n].astype(np.int64) for n in ("reason", "rank", "way"))
+        except (KeyError, TypeError, ValueError, IndexError) as error:
+            raise _Wrong(f"malformed: {error}") from None
+        n = len(self.coords)
+        sizes = [len(t) for t in self.tables]
+        self._claim(
+            self.coords.ndim == 2 and self.coords.shape[1] == len(sizes), "malformed: states without coordinates"
+        )
+        self._claim(all(len(a) == n for a in (self.reason, self.rank, self.way)), "malformed: arrays of unequal length")
+        self._claim(n > 0 and any(self.plant), "malformed: nothing to check")
+        self._claim(
+            bool((self.coords >= 0).all() and (self.coords < sizes).all()),
+            "a state has a component outside its automaton",
+        )
+        self._claim(self.coords[0].tolist() == initial, "state 0 is not the initial state")
+        self._claim(bool(np.isin(self.reason, range(4)).all()), "malformed: unknown reason")
+        self.index = _Rows(self.coords, sizes)
+        self.alive = self.reason == SURVIVES
+        self.marked = np.ones(n, np.bool_)
+        for k in range(len(sizes)):
+            self.marked &= arrays[f"marked_{k}"].astype(np.bool_)[self.coords[:, k]]
+
+    @staticmethod
+    def _claim(holds: bool, otherwise: str) -> None:
+        if not holds:
+            raise _Wrong(otherwise)
+
+    def _table(self, k: int) -> Ints:
+        """Return (n_states, n_events) int64: target, -1 undefined, -2 not in the alphabet of automaton k."""
+        offsets, events, targets, own = (
+            self.arrays[f"{n}_{k}"].astype(np.int64) for n in ("offsets", "events", "targets", "own")
+        )
+        n = len(self.arrays[f"marked_{k}"])
+        table = np.full((n, len(self.events)), -2, np.int64)
+        table[:, own.astype(np.bool_)] = -1
+        source = np.repeat(np.arange(n), np.diff(offsets))
+        self._claim(len(offsets) == n + 1 and len(source) == len(events) == len(targets), f"malformed: automaton {k}")
+        self._claim(bool(((targets >= 0) & (targets < n)).all()), f"malformed: automaton {k} leads outside")
+        self._claim(bool((table[source, events] == -1).all()), f"malformed: automaton {k} has a foreign event")
+        table[source, events] = targets
+        return table
+
+    def moves(self, event: int, states: Ints) -> tuple[Mask, Mask, Ints]:
+        """Return, for each of ``states``: can the plants do ``event``, do the specs allow it, the state reached (-1: none listed)."""
+        can, may = np.ones(len(states), np.bool_), np.ones(len(states), np.bool_)
+        after = self.coords[states]
+        for k, table in enumerate(self.tables):
+            target = table[after[:, k], event]
+            ok = target != -1
+            if self.plant[k]:
+                can &= ok
+            else:
+                may &= ok
+            after[:, k] = np.where(target >= 0, target, after[:, k])
+        reached = np.full(len(states), -1, np.int64)
+        both = can & may
+        reached[both] = self.index.find(after[both])
+        return can, may, reached
+
+    def where(self, bad: Mask, states: Ints) -> str:
+        """Name the first of ``states`` at which ``bad`` holds."""
+        x = int(states[np.argmax(bad)])
+        return f"state {x} ({', '.join(f'{n}:{q}' for n, q in zip(self.names, self.coords[x].tolist(), strict=True))})"
+
+    def check_states(self) -> None:
+        """No state is listed twice, and ranks and reasons go together."""
+        self._claim(self.index.distinct, "a state of the product is listed twice")
+        self._claim(bool(((self.rank < 0) == self.alive).all()), "a survivor has a rank, or a removed state has none")
+
+    def check_removed(self) -> None:
+        """Every removed state has a reason of lower rank."""
+        removed = np.flatnonzero(~self.alive)
+        proved = np.zeros(len(removed), np.bool_)
+        reason, rank = self.reason[removed], self.rank[removed]
+        blocked = (reason == BLOCKING) & ~self.marked[removed]
+        for e, free in enumerate(self.free):
+            can, may, reached = self.moves(e, removed)
+            inside = reached >= 0
+            gone = inside & ~self.alive[reached]
+            lower = gone & (self.rank[reached] < rank)
+            if free:
+                proved |= (reason == ILLEGAL) & can & ~may
+                proved |= (reason == UNCONTROLLABLE) & lower
+            same = gone & (self.rank[reached] == rank) & (self.reason[reached] == BLOCKING)
+            blocked &= ~(can & may) | lower | same
+        proved |= blocked
+        if not proved.all():
+            words = {
+                ILLEGAL: "breaking a specification",
+                UNCONTROLLABLE: "an uncontrollable event",
+                BLOCKING: "blocking",
+            }
+            first = int(reason[np.argmin(proved)])
+            raise _Wrong(
+                f"not largest: {self.where(~proved, removed)} was removed for {words[first]} without that being so"
+            )
+
+    def check_survivors(self) -> None:
+        """The survivors are legal, controllable and nonblocking."""
+        alive = np.flatnonzero(self.alive)
+        nearer = self.marked[alive] & (self.way[alive] == 0)
+        for e, free in enumerate(self.free):
+            can, may, reached = self.moves(e, alive)
+            lost = can & may & (reached < 0)
+            self._claim(
+                not lost.any(), f"{self.events[e]} leads from {self.where(lost, alive)} to a state that is not listed"
+            )
+            to_alive = (reached >= 0) & self.alive[reached]
+            if free:
+                broken, uncontrolled = can & ~may, can & may & ~to_alive
+                self._claim(
+                    not broken.any(),
+                    f"not within the specifications: {self.events[e]} breaks one in {self.where(broken, alive)}",
+                )
+                self._claim(
+                    not uncontrolled.any(),
+                    f"not controllable: uncontrollable {self.events[e]} leads from {self.where(uncontrolled, alive)} to a removed state",
+                )
+            nearer |= to_alive & (self.way[reached] >= 0) & (self.way[reached] < self.way[alive])
+        self._claim(
+            bool(nearer.all()), f"not nonblocking: no way to a marked state is shown from {self.where(~nearer, alive)}"
+        )
+
+    def check_supervisor(self) -> None:
+        """The supervisor is the reachable survivors with all transitions between them, and its marks are theirs."""
+        try:
+            origin, offsets, events, targets = (
+                self.arrays[n].astype(np.int64) for n in ("origin", "sup_offsets", "sup_events", "sup_targets")
+            )
+        except KeyError as error:
+            raise _Wrong(f"malformed: {error}") from None
+        n = len(origin)
+        if not self.alive[0]:
+            self._claim(n == 0, "the initial state is removed, but the supervisor is not empty")
+            return
+        self._claim(n > 0 and origin[0] == 0, "the supervisor does not begin in the initial state")
+        self._claim(
+            bool(((origin >= 0) & (origin < len(self.reason))).all()), "the supervisor has a state that is not listed"
+        )
+        self._claim(len(np.unique(origin)) == n, "two states of the supervisor are the same")
+        gone = ~self.alive[origin]
+        self._claim(not gone.any(), f"the supervisor enters {self.where(gone, origin)}, a removed state")
+        marked = self.arrays.get("sup_marked")
+        self._claim(
+            marked is not None and np.array_equal(marked.astype(np.bool_), self.marked[origin]),
+            "the supervisor marks other states",
+        )
+        self._claim(
+            len(offsets) == n + 1 and offsets[0] == 0 and bool((np.diff(offsets) >= 0).all()), "malformed: supervisor"
+        )
+        self._claim(len(events) == len(targets) == offsets[-1], "malformed: supervisor")
+        self._claim(
+            bool(((targets >= 0) & (targets < n) & (events >= 0) & (events < len(self.events))).all()),
+            "malformed: supervisor",
+        )
+        source = np.repeat(np.arange(n), np.diff(offsets))
+        total = 0
+        for e, name in enumerate(self.events):
+            _, _, reached = self.moves(e, origin)
+            expected = np.where((reached >= 0) & self.alive[reached], reached, -1)
+            mine = events == e
+            stated = np.full(n, -1, np.int64)
+            stated[source[mine]] = origin[targets[mine]]
+            wrong = stated != expected
+            self._claim(not wrong.any(), f"the supervisor is wrong about {name} in {self.where(wrong, origin)}")
+            total += int((expected >= 0).sum())
+        self._claim(total == len(events), "the supervisor lists a transition twice")
+        entered = np.full(n, n, np.int64)
+        np.minimum.at(entered, targets, source)
+        # numbered breadth-first: each state is entered from one with a smaller number, so all are reachable
+        self._claim(bool((entered[1:] < np.arange(1, n)).all()), "the supervisor has a state that is never entered")
+
+
+class _Rows:
+    """Finds rows of small integers in a table: columns are folded into one integer key, ranked when it would overflow."""
+
+    def __init__(self, rows: Ints, sizes: list[int]) -> None:
+        self.sizes = sizes
+        self.folds: list[Ints | None] = []
+        key, span = np.zeros(len(rows), np.int64), 1
+        for column, size in enumerate(sizes):
+            if span * size >= 1 << 62:
+                known, key = np.unique(key, return_inverse=True)
+                self.folds.append(known)
+                span = len(known)
+            else:
+                self.folds.append(None)
+            key, span = key * size + rows[:, column], span * size
+        self.order = np.argsort(key, kind="stable")
+        self.keys = key[self.order]
+        self.distinct = bool((np.diff(self.keys) > 0).all())
+
+    def find(self, rows: Ints) -> Ints:
+        """Return (len(rows),) int64 the number of each row, -1 where it is not in the table."""
+        key, known_so_far = np.zeros(len(rows), np.int64), np.ones(len(rows), np.bool_)
+        for column, (size, known) in enumerate(zip(self.sizes, self.folds, strict=True)):
+            if known is not None:
+                place = np.minimum(np.searchsorted(known, key), len(known) - 1)
+                known_so_far &= known[place] == key
+                key = place
+            key = key * size + rows[:, column]
+        place = np.minimum(np.searchsorted(self.keys, key), len(self.keys) - 1)
+        return np.where(known_so_far & (self.keys[place] == key), self.order[place], -1)
