@@ -1,1 +1,107 @@
-"""thenar: supervisory control of discrete-event systems."""
+"""thenar: supervisory control of discrete-event systems.
+
+Write what a system can do as small automata and what it may do as specifications; get the largest supervisor
+that is provably safe and never gets stuck, the reason for each of its decisions, and a certificate.
+
+>>> import thenar
+>>> result = thenar.synthesize(thenar.library.glr.problem())
+>>> result.supervisor
+Supervisor: 2,809 states, 6,076 transitions, 1,567 disablements
+>>> print(thenar.explain_disabled(result, "approach_2").verdict)
+forbidden
+"""
+
+from importlib.metadata import version as _version
+
+from thenar import library
+from thenar.errors import (
+    AlphabetClash,
+    CertificateError,
+    InputError,
+    LimitReached,
+    Mistake,
+    ModelError,
+    ThenarError,
+    UnknownName,
+)
+from thenar.explicit.control import closed_loop, condat, is_controllable, supcon
+from thenar.explicit.language import complement, is_isomorphic, is_sublanguage, minimize, project
+from thenar.explicit.products import meet, selfloop, shuffle, sync
+from thenar.explicit.reach import coreachable, is_nonblocking, is_nonconflicting, reachable, shortest_trace, trim
+from thenar.io import dumps, load, loads, save
+from thenar.model.automaton import Automaton
+from thenar.model.display import set_html_formatter as _set_html_formatter
+from thenar.model.events import Alphabet, Event
+from thenar.model.limits import Limits
+from thenar.model.problem import Problem
+from thenar.model.supervisor import ControlPattern, Supervisor
+from thenar.model.trace import Check, Trace
+from thenar.render import html, mermaid, svg, table
+from thenar.synthesis.api import SynthesisResult, synthesize
+from thenar.synthesis.certificate import certificate
+from thenar.synthesis.explain import Explanation, Violation, explain_disabled, explain_empty, explain_removed
+from thenar.synthesis.simulate import random_trace, simulate
+from thenar.synthesis.verify import verify
+
+__version__ = _version("thenar")
+
+__all__ = [
+    "Alphabet",
+    "AlphabetClash",
+    "Automaton",
+    "CertificateError",
+    "Check",
+    "ControlPattern",
+    "Event",
+    "Explanation",
+    "InputError",
+    "LimitReached",
+    "Limits",
+    "Mistake",
+    "ModelError",
+    "Problem",
+    "Supervisor",
+    "SynthesisResult",
+    "ThenarError",
+    "Trace",
+    "UnknownName",
+    "Violation",
+    "certificate",
+    "closed_loop",
+    "complement",
+    "condat",
+    "coreachable",
+    "dumps",
+    "explain_disabled",
+    "explain_empty",
+    "explain_removed",
+    "html",
+    "is_controllable",
+    "is_isomorphic",
+    "is_nonblocking",
+    "is_nonconflicting",
+    "is_sublanguage",
+    "library",
+    "load",
+    "loads",
+    "meet",
+    "mermaid",
+    "minimize",
+    "project",
+    "random_trace",
+    "reachable",
+    "save",
+    "selfloop",
+    "shortest_trace",
+    "shuffle",
+    "simulate",
+    "supcon",
+    "svg",
+    "sync",
+    "synthesize",
+    "table",
+    "trim",
+    "verify",
+]
+
+_set_html_formatter(html)

@@ -8,6 +8,7 @@
 #include <nanobind/stl/vector.h>
 
 #include <optional>
+#include <stdexcept>
 
 #include "explore.hpp"
 #include "graph.hpp"
@@ -87,6 +88,8 @@ NB_MODULE(kernel, m) {
       nb::object type = nb::module_::import_("thenar.errors").attr("LimitReached");
       nb::object error = type(hit.limit, hit.bound, hit.states, hit.transitions);
       PyErr_SetObject(type.ptr(), error.ptr());
+    } catch (const std::length_error& error) {  // more components than a packed state holds
+      PyErr_SetString(nb::module_::import_("thenar.errors").attr("InputError").ptr(), error.what());
     }
   });
 

@@ -1,1 +1,68 @@
-"""The command line: parse, call, print; nothing else."""
+"""The command line: parse, call, print; nothing else.
+
+Exit codes: 0 yes, or done; 1 the property does not hold, or no supervisor exists; 2 bad input; 3 a limit was
+reached; 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import sys
+
+import click
+
+from thenar.cli import ask, look, synth
+from thenar.errors import InputError, LimitReached
+
+__all__ = ["cli", "main"]
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
+@click.version_option(package_name="thenar", message="thenar %(version)s")
+def cli() -> None:
+    """Supervisory control of discrete-event systems: synthesise, explain, certify.
+
+    MODEL is a model file (.toml or .json), '-' for standard input, or a library model such as glr, agv or
+    'dining(5)'.  Several models are composed: their plants together, their specifications together.
+
+    Exit codes: 0 yes, or done; 1 no; 2 bad input; 3 a limit was reached; 130 interrupted.
+    """
+
+
+for command in (
+    synth.synth,
+    synth.check,
+    synth.verify,
+    ask.explain,
+    ask.simulate,
+    look.show,
+    look.paper,
+    look.doctor,
+):
+    cli.add_command(command)
+
+
+def main() -> None:
+    """Run the command line; every error that is the user's to mend is one message and an exit code."""
+    try:
+        cli.main(standalone_mode=False)
+    except click.exceptions.Exit as done:
+        sys.exit(done.exit_code)
+    except click.ClickException as error:
+        error.show()
+        sys.exit(2)
+    except InputError as error:
+        _fail(str(error), 2)
+    except LimitReached as error:
+        _fail(str(error), 3)
+    except MemoryError:
+        _fail("out of memory; nothing was written (see --max-states)", 3)
+    except (KeyboardInterrupt, click.Abort):
+        _fail("interrupted; nothing was written", 130)
+    except BrokenPipeError:  # the reader of a pipe has seen enough
+        sys.stderr.close()
+        sys.exit(0)
+
+
+def _fail(message: str, code: int) -> None:
+    click.echo(f"thenar: {message}", err=True)
+    sys.exit(code)

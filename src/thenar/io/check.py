@@ -3,28 +3,27 @@
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass, field
 from difflib import get_close_matches
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from thenar.io.parse import Format
+from thenar.errors import Mistake
+from thenar.io.parse import Document, Format
 from thenar.io.schema import AutomatonTable, EventTable, ModelFile
-from thenar.model.build import Complaint
+from thenar.model.build import Complaint, KeyPath
 
-__all__ = ["check"]
+__all__ = ["Checked", "check"]
 
-Path = tuple[str | int, ...]
-
-_MISSING = {
+_MISSING: dict[str | int, str] = {
     "kind": "no kind; say whether it is a 'plant' or a 'spec'",
     "initial": "no initial state; say which state the automaton starts in",
 }
 _EXPECTED = {
     "string_type": "text",
     "string_too_short": "a name",
-    "string_unicode": "valid Unicode text",
     "bool_type": "true or false",
     "list_type": "a list",
     "literal_error": "'plant' or 'spec'",
@@ -33,55 +32,80 @@ _TABLE = {"toml": "a table", "json": "an object in braces"}
 _LONGEST_SHOWN = 40  # characters of a value that a message repeats
 
 
-def check(data: Any, format: Format) -> tuple[ModelFile, list[Complaint]]:
-    """Return what ``data`` says, and everything in it that breaks the schema.
+@dataclass(slots=True)
+class Checked:
+    """A document as the schema sees it, and all that is wrong with it."""
+
+    document: Document
+    file: ModelFile = field(default_factory=ModelFile)
+    complaints: list[Complaint] = field(default_factory=list)
+    broken: set[KeyPath] = field(default_factory=set)  # what breaks the schema
+    written: dict[KeyPath, str | int] = field(
+        default_factory=dict
+    )  # keys that are written otherwise than they are meant
+
+    def complain(self, path: KeyPath, what: str) -> None:
+        """Note that ``path`` makes no sense, unless it breaks the schema already."""
+        if path not in self.broken:
+            self.complaints.append((path, what))
+
+    def mistakes(self) -> list[Mistake]:
+        """Return the complaints with their lines, in the order of the text."""
+        return self.document.mistakes(self.complaints, self.written)
+
+
+def check(document: Document, data: Any) -> Checked:
+    """Return what ``data``, the content of ``document``, says, and everything in it that breaks the schema.
 
     All mistakes of a file are to be found at once, those of meaning too.  So ``data`` is mended (in place):
-    a key close to a known one is taken for it, a wrong value gives way to a neutral one.  A file with
-    complaints is good for looking for more, and for nothing else.
+    a key close to a known one is taken for it, a wrong value gives way to a neutral one.  A broken file is
+    then good for looking for more mistakes, and for nothing else.
 
-    >>> file, complaints = check({"events": {"slip": {"controlable": False}}}, "toml")
-    >>> complaints
+    >>> hand = Document("hand.toml", "toml", "events.slip.controlable = false")
+    >>> checked = check(hand, hand.data())
+    >>> checked.complaints
     [(('events', 'slip', 'controlable'), "unknown key; did you mean 'controllable'?")]
-    >>> file.events["slip"].controllable
+    >>> checked.file.events["slip"].controllable
     False
     """
-    complaints: dict[Path, str] = {}
-    written: dict[Path, str | int] = {}  # a key that was taken for a known one, as it stands in the file
+    checked = Checked(document)
     if not isinstance(data, dict):
-        complaints[()] = f"expected {_TABLE[format]} with events and automata, found {_in_words(data, format)}"
-        data = {}
+        found = _in_words(data, document.format)
+        checked.complain((), f"expected {_TABLE[document.format]} with events and automata, found {found}")
+        checked.broken.add(())
+        return checked
     while True:
         try:
-            return ModelFile.model_validate(data), list(complaints.items())
+            checked.file = ModelFile.model_validate(data)
+            return checked
         except ValidationError as error:
-            details = {_culprit(detail): detail for detail in error.errors(include_url=False, include_input=False)}
-        unknown = [path for path, detail in details.items() if detail["type"] == "extra_forbidden"]
+            details = {_culprit(detail): detail["type"] for detail in error.errors(include_url=False)}
+        unknown = [path for path, kind in details.items() if kind == "extra_forbidden"]
         for path in unknown:
-            complaints[_as_written(path, written)] = _unknown_key(path, data, format)
-            _rename(path, data, written)
-        for path, detail in details.items():
-            if path in unknown or (detail["type"] == "missing" and path in written):
-                continue
-            complaints[_as_written(path, written)] = _sentence(path, detail, data, format)
+            checked.complain(path, _unknown_key(path, data, document.format))
+            _rename(path, data, checked.written)
+        missing = [path for path, kind in details.items() if kind == "missing" and path not in checked.written]
+        for path in missing:
+            checked.complain(path[:-1], _MISSING[path[-1]])
+        wrong = [path for path, kind in details.items() if kind not in ("extra_forbidden", "missing")]
+        for path in wrong:
+            checked.complain(path, _sentence(path, details[path], data, document.format))
+        for path in missing + wrong:
             _mend(path, data)
+        checked.broken.update(unknown, missing, wrong)
 
 
-def _culprit(detail: ErrorDetails) -> Path:
+def _culprit(detail: ErrorDetails) -> KeyPath:
     """Return the path of the smallest thing that makes sense as a whole: a transition, a size, a key."""
     path = detail["loc"]
     if path[:1] in (("computed",), ("published",)):
         return path[:2]
     if path[0] == "automata" and path[2:3] == ("transitions",):
         return path[:4]
-    return path[:-1] if path[-1] == "[key]" else path
+    return path
 
 
-def _as_written(path: Path, written: dict[Path, str | int]) -> Path:
-    return tuple(written.get(path[: k + 1], step) for k, step in enumerate(path))
-
-
-def _at(path: Path, data: Any) -> Any:
+def _at(path: KeyPath, data: Any) -> Any:
     """Return the value at ``path``, or None where there is none."""
     for step in path:
         try:
@@ -94,34 +118,36 @@ def _at(path: Path, data: Any) -> Any:
 # -- sentences ---------------------------------------------------------------------------------------------
 
 
-def _sentence(path: Path, detail: ErrorDetails, data: Any, format: Format) -> str:
-    if detail["type"] == "missing":
-        return _MISSING[str(path[-1])]
+def _sentence(path: KeyPath, kind: str, data: Any, format: Format) -> str:
     value = _at(path, data)
     found = _in_words(value, format)
     if path[0] in ("computed", "published") and len(path) == 2:
         return f"expected [states, transitions], two whole numbers, found {found}"
     if path[0] == "automata" and path[2:3] == ("transitions",) and len(path) == 4:
         return f"expected 'state -event-> state' or ['state', 'event', 'state'], found {found}"
-    expected = _EXPECTED.get(detail["type"], _TABLE[format])
-    way_out = f"; write [{json.dumps(value)}]" if expected == "a list" and isinstance(value, str) else ""
+    expected = _EXPECTED.get(kind, _TABLE[format])
+    way_out = (
+        f"; write [{json.dumps(value, ensure_ascii=False)}]" if expected == "a list" and isinstance(value, str) else ""
+    )
     return f"expected {expected}, found {found}{way_out}"
 
 
-def _unknown_key(path: Path, data: Any, format: Format) -> str:
+def _unknown_key(path: KeyPath, data: Any, format: Format) -> str:
     owner, keys = path[:-1], _keys(path)
     if near := get_close_matches(str(path[-1]), keys, n=1):
         return f"unknown key; did you mean {near[0]!r}?"
+    if format == "toml" and owner and path[-1] in _keys(()):
+        return f"unknown key; {path[-1]!r} is said of the whole file, above the first [table]"
     if format == "toml" and owner and isinstance(_at(path, data), dict):
         # [automata.SPEC.1] and re.align = {} are tables in tables, which is rarely what was meant
         return f'unknown key; a name with a dot stands in double quotes: "{owner[-1]}.{path[-1]}"'
     return f"unknown key; the keys here are {', '.join(keys)}"
 
 
-def _keys(path: Path) -> list[str]:
-    """Return the keys that the schema has where ``path`` is."""
+def _keys(path: KeyPath) -> list[str]:
+    """Return the keys that the schema has beside ``path``."""
     tables: dict[Any, type[BaseModel]] = {"events": EventTable, "automata": AutomatonTable}
-    table = ModelFile if len(path) == 1 else tables[path[0]]
+    table = tables[path[0]] if len(path) > 1 else ModelFile
     return [field.alias or key for key, field in table.model_fields.items()]
 
 
@@ -129,7 +155,9 @@ def _in_words(value: Any, format: Format) -> str:
     if isinstance(value, dict):
         return _TABLE[format]
     if isinstance(value, list):
-        return f"a list of {len(value)}" if value else "an empty list"
+        is_plain = len(value) <= 3 and not any(isinstance(item, list | dict) for item in value)
+        text = json.dumps(value, ensure_ascii=False, default=str) if is_plain else ""
+        return text if 0 < len(text) <= _LONGEST_SHOWN else f"a list of {len(value)}"
     if value is None or isinstance(value, bool):
         return json.dumps(value)
     if isinstance(value, str):
@@ -140,7 +168,7 @@ def _in_words(value: Any, format: Format) -> str:
 # -- mending -----------------------------------------------------------------------------------------------
 
 
-def _rename(path: Path, data: Any, written: dict[Path, str | int]) -> None:
+def _rename(path: KeyPath, data: Any, written: dict[KeyPath, str | int]) -> None:
     """Take an unknown key for the known one that it is close to, if that is still free; else drop it."""
     owner = _at(path[:-1], data)
     value = owner.pop(path[-1])
@@ -150,7 +178,7 @@ def _rename(path: Path, data: Any, written: dict[Path, str | int]) -> None:
         written[(*path[:-1], near[0])] = path[-1]
 
 
-def _mend(path: Path, data: Any) -> None:
+def _mend(path: KeyPath, data: Any) -> None:
     """Put something neutral in the place of a wrong value: it causes no complaint that is not there already."""
     automata = data.get("automata")
     match path:

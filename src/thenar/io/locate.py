@@ -66,15 +66,15 @@ class Places:
         return place.line
 
     def repeated(self) -> Iterator[tuple[tuple[Step, ...], list[int]]]:
-        """Yield each key that is given more than once, with the lines that give it."""
+        """Yield each key that is given more than once, with the lines that give it; nothing inside those."""
         todo: list[tuple[tuple[Step, ...], _Place]] = [((), self._root)]
         while todo:
             path, place = todo.pop()
+            self._read(place)
             if len(place.given) > 1:
                 yield path, place.given
-            if place.unread is not None and place.unread.type in _TABLES:
-                self._read(place)
-            todo += [((*path, step), child) for step, child in place.inside.items()]
+            else:
+                todo += [((*path, step), child) for step, child in place.inside.items()]
 
     def _read(self, place: _Place) -> None:
         """Look into the value of ``place``."""

@@ -6,14 +6,14 @@ import json
 import os
 import re
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, get_args
 
 from thenar.errors import InputError, Mistake, ModelError, did_you_mean
 from thenar.io.files import read_bytes, read_stdin
-from thenar.model.build import Complaint, place_in_words
+from thenar.model.build import Complaint, KeyPath, place_in_words
 
 __all__ = ["Document", "Format", "format_by_ending", "format_by_name", "open_document", "sniff"]
 
@@ -37,6 +37,7 @@ _TOML_ADVICE = (
     ("Unescaped '\\' in a string", "unknown escape in a text; write '\\\\' for a backslash"),
     ("Unclosed array", "expected ',' or ']' in a list"),
     ("Unclosed inline table", "expected ',' or '}' in a table in braces"),
+    ("Cannot mutate immutable namespace", "a table in braces is complete; write the key inside the braces"),
     ("Expected newline or end of document", "expected the end of the line after the value; one 'key = value' a line"),
 )  # fmt: skip
 _JSON_ADVICE = (
@@ -51,11 +52,12 @@ _JSON_ADVICE = (
     ("Invalid control character", "a line break or control character inside a text; write '\\n' for a line break"),
     ("Invalid \\", "unknown escape in a text; write '\\\\' for a backslash"),
 )  # fmt: skip
+_SURROGATE = re.compile(r"\\u[dD][89a-fA-F]")
 _TOML_TWICE = ("Cannot overwrite", "Cannot declare", "Cannot mutate", "Duplicate inline table key")
 
 
-class _GivenTwice(Exception):  # noqa: N818  a signal inside this file
-    pass
+class _GivenTwice(Exception):
+    """A key is given twice; where, is found out afterwards."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,50 +81,61 @@ class Document:
         if not self.text.strip():
             raise InputError(f"{self.source}: the file is empty; a model file gives events and automata")
         try:
-            if self.format == "json":
-                return json.loads(self.text, object_pairs_hook=_object)
-            return tomllib.loads(self.text)
+            self.text.encode()
+            if self.format == "toml":
+                return tomllib.loads(self.text)
+            data = json.loads(self.text, object_pairs_hook=_object)
+            if _SURROGATE.search(self.text):  # two make a character, and one alone makes no text
+                json.dumps(data, ensure_ascii=False).encode()
+            return data
         except _GivenTwice:
-            raise self._given_twice() from None
+            raise ModelError(self._given_twice()) from None
         except json.JSONDecodeError as error:
             raise self._syntax(error.lineno, error.colno, error.msg, _JSON_ADVICE) from None
         except tomllib.TOMLDecodeError as error:
-            if str(error).startswith(_TOML_TWICE) and (twice := self._given_twice()).mistakes:
-                raise twice from None
+            if str(error).startswith(_TOML_TWICE) and (twice := self._given_twice()):
+                raise ModelError(twice) from None
             raise self._toml_syntax(str(error)) from None
         except RecursionError:
             message = f"nested too deeply; a model file has {_LEVELS} levels at most"
             raise InputError(f"{self.source}: {message}") from None
-        except ValueError as error:  # a number of thousands of digits
-            raise InputError(f"{self.source}: {error}") from None
+        except UnicodeEncodeError as error:
+            half = error.object[error.start]
+            raise InputError(f"{self.source}: {half!r} is half a character; write the character itself") from None
+        except ValueError:  # the one that the parsers let through
+            raise InputError(f"{self.source}: a number of thousands of digits; a model file needs no such") from None
 
-    def mistakes(self, complaints: Sequence[Complaint]) -> list[Mistake]:
-        """Say of each complaint where in the text its culprit stands, in the order of the text."""
+    def mistakes(self, complaints: Sequence[Complaint], written: Mapping[KeyPath, str | int]) -> list[Mistake]:
+        """Say of each complaint where in the text its culprit stands, in the order of the text.
+
+        ``written`` holds how a key is written in the text where that differs from how complaints call it.
+        """
         if not complaints:
             return []
         from thenar.io.locate import Places
 
         places = Places(self.text, self.format)
-        located = sorted(((places.line(path), path, what) for path, what in complaints), key=lambda found: found[0])
-        return [Mistake(f"{self.source}:{line}", f"{_words(path)}{what}") for line, path, what in located]
+        located = set()
+        for path, what in complaints:
+            in_text = [written.get(path[: k + 1], step) for k, step in enumerate(path)]
+            located.add((places.line(in_text), path, what))
+        return [Mistake(f"{self.source}:{line}", f"{_words(path)}{what}") for line, path, what in sorted(located)]
 
-    def _given_twice(self) -> ModelError:
+    def _given_twice(self) -> list[Mistake]:
         from thenar.io.locate import Places
 
         repeated = Places(self.text, self.format).repeated()
         again = sorted((line, path, lines[0]) for path, lines in repeated for line in lines[1:])
-        return ModelError(
-            [
-                Mistake(f"{self.source}:{line}", f"{_words(path)}given twice, first in line {first}; keep one of them")
-                for line, path, first in again
-            ]
-        )
+        return [
+            Mistake(f"{self.source}:{line}", f"{_words(path)}given twice, first in line {first}; keep one of them")
+            for line, path, first in again
+        ]
 
     def _toml_syntax(self, message: str) -> ModelError:
         place = re.search(r" \(at line (\d+), column (\d+)\)$", message)
         if place:
             return self._syntax(int(place[1]), int(place[2]), message[: place.start()], _TOML_ADVICE)
-        lines = self.text.rstrip().splitlines()  # at the end of the document, in words
+        lines = self.text.rstrip().split("\n")  # at the end of the document, in words
         return self._syntax(len(lines), len(lines[-1]) + 1, message.partition(" (at end")[0], _TOML_ADVICE)
 
     def _syntax(self, line: int, column: int, message: str, advice: Sequence[tuple[str, str]]) -> ModelError:

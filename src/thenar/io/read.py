@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import chain
+from typing import TYPE_CHECKING, Any
 
 from thenar.errors import InputError, Mistake, ModelError
 from thenar.io.parse import Document, format_by_name, open_document, sniff
 from thenar.model.automaton import Automaton
-from thenar.model.build import Complaint, Parts, assemble, check_parts
+from thenar.model.build import Complaint, Parts, Unknown, assemble, check_parts
 from thenar.model.events import Alphabet, Event, merge
 from thenar.model.problem import Problem
 
 __all__ = ["load", "loads"]
 
-TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from thenar.io.schema import EventTable, ModelFile
+    from thenar.io.check import Checked
 
 
 def load(*paths: str | os.PathLike[str]) -> Problem:
@@ -67,13 +67,102 @@ def loads(text: str, format: str | None = None, source: str = "<string>") -> Pro
 def _problem(documents: Sequence[Document]) -> Problem:
     from thenar.io.check import check  # brings pydantic: needed to read a file, not to import thenar
 
-    checked = [check(data, document.format) for document, data in zip(documents, _data(documents), strict=True)]
-    files = [file for file, _ in checked]
-    complaints = [broken for _, broken in checked]
-    is_sound = not any(complaints)
+    sources = [check(document, data) for document, data in zip(documents, _data(documents), strict=True)]
+    known = _known_events(sources)
+    parts = _parts(sources, known)
+    mistakes = [mistake for source in sources for mistake in source.mistakes()]
+    mistakes += _missing(sources, parts)
+    if mistakes:
+        raise ModelError(mistakes)
+    tables = {name: table for source in sources for name, table in source.file.automata.items()}
 
-    alphabets = [list(_events(file.events, wrong)) for file, wrong in zip(files, complaints, strict=True)]
-    if is_sound and not any(complaints):  # mended files could clash where their authors agree
-        merge([Alphabet(events) for events in alphabets], [document.source for document in documents])
-    known = Alphabet({event.name: event for event in reversed([*chain(*alphabets)])}.values())
-    ...
+    def built(kind: str) -> list[Automaton]:
+        return [assemble(Automaton, parts[n], known, n, t.says) for n, t in tables.items() if t.kind == kind]
+
+    return Problem(
+        built("plant"),
+        built("spec"),
+        name=_first(source.file.name for source in sources),
+        alphabet=known,
+        description=_first(source.file.description for source in sources),
+    )
+
+
+def _data(documents: Sequence[Document]) -> list[Any]:
+    """Return what each document gives; the syntax errors of all of them are one ModelError."""
+    data: list[Any] = []
+    mistakes: list[Mistake] = []
+    for document in documents:
+        try:
+            data.append(document.data())
+        except ModelError as error:
+            mistakes += error.mistakes
+    if mistakes:
+        raise ModelError(mistakes)
+    return data
+
+
+def _known_events(sources: Sequence[Checked]) -> Alphabet:
+    """Return the union of the events, in order of first mention; raise AlphabetClash if it has no meaning."""
+    alphabets = []
+    for source in sources:
+        events = []
+        for name, table in source.file.events.items():
+            try:
+                events.append(Event(name, table.controllable, table.observable, table.forcible, table.meaning))
+            except InputError:
+                source.complain(("events", name), "a name is not empty and has no white space and no comma")
+        alphabets.append(Alphabet(events))
+    if not any(source.broken for source in sources):  # mended events could clash where their authors agree
+        return merge(alphabets, [source.document.source for source in sources])
+    first: dict[str, Event] = {}
+    for event in chain(*alphabets):
+        first.setdefault(event.name, event)
+    return Alphabet(first.values())
+
+
+def _parts(sources: Sequence[Checked], known: Alphabet) -> dict[str, Parts]:
+    """Read the transitions of every automaton, and complain of what cannot be meant."""
+    parts: dict[str, Parts] = {}
+    home: dict[str, str] = {}
+    unknown_event = Unknown("event", known.names, "; list it in events")
+    unusable = [name for source in sources for name in source.file.events if name not in known]
+    said_already = tuple(f"unknown event {name!r}" for name in unusable) if len(known) else ("unknown event",)
+    for source in sources:
+        for name, table in source.file.automata.items():
+            if name in home:
+                source.complain(("automata", name), f"already given in {home[name]}; rename one of the two")
+            home[name] = source.document.source
+            parts[name] = Parts(table.transitions, table.initial, table.marked, table.alphabet, table.states or None)
+            for path, what in _complaints(parts[name], known, unknown_event):
+                if not what.startswith(said_already):
+                    source.complain(("automata", name, *path), what)
+    return parts
+
+
+def _complaints(parts: Parts, known: Alphabet, unknown_event: Unknown) -> list[Complaint]:
+    wrong = check_parts(parts, known, unknown_event)
+    if parts.complaints and parts.declared is None:
+        # a state may be mentioned only in a transition that could not be read
+        wrong = [(path, what) for path, what in wrong if path[0] != "marked"]
+    return parts.complaints + wrong
+
+
+def _missing(sources: Sequence[Checked], parts: Mapping[str, Parts]) -> list[Mistake]:
+    """Say what no file gives."""
+    if any(source.broken for source in sources):  # it may be there, and broken
+        return []
+    missing = []
+    kinds = [table.kind for source in sources for table in source.file.automata.values()]
+    if not kinds:
+        missing.append("no automata; say in automata.NAME what the plant can do, and what a specification allows")
+    elif "plant" not in kinds:
+        missing.append("no plant; at least one automaton of kind 'plant' says what can happen")
+    uses_events = any(True for part in parts.values() for _ in part.event_names())
+    if uses_events and not any(source.file.events for source in sources):
+        missing.append("no events; list in events each event that the automata use")
+    return [Mistake(", ".join(source.document.source for source in sources), what) for what in missing]
+
+
+def _first(texts: Iterable[str]) -> str:
+    return next(filter(None, texts), "")

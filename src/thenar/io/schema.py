@@ -50,10 +50,10 @@ Size = Annotated[
 class EventTable(_Table):
     """The properties of an event; {} is a controllable, observable event that cannot be forced."""
 
-    controllable: bool = Field(True, description="Can a supervisor disable the event?")
-    observable: bool = Field(True, description="Does a supervisor see the event happen?")
-    forcible: bool = Field(False, description="Can a supervisor make the event happen before others do?")
-    meaning: str = Field("", description="What happens, in words.")
+    controllable: bool = Field(default=True, description="Can a supervisor disable the event?")
+    observable: bool = Field(default=True, description="Does a supervisor see the event happen?")
+    forcible: bool = Field(default=False, description="Can a supervisor make the event happen before others do?")
+    meaning: str = Field(default="", description="What happens, in words.")
 
 
 class AutomatonTable(_Table):
@@ -64,38 +64,44 @@ class AutomatonTable(_Table):
     )
     initial: StateName = Field(description="The state in which the automaton starts.")
     marked: list[StateName] = Field(
-        [], description="The marked states: a task is complete where every automaton is in one."
+        default=[], description="The marked states: a task is complete where every automaton is in one."
     )
-    states: list[StateName] | None = Field(
-        None,
+    states: list[StateName] = Field(
+        default=[],
         description="The states, in the order of their numbers; any other name is then an error. "
         "Without it, the states are those mentioned in initial and transitions.",
     )
     alphabet: list[str] = Field(
-        [], description="Events that belong to the automaton though no transition carries them: it blocks them."
+        default=[], description="Events that belong to the automaton though no transition carries them: it blocks them."
     )
     transitions: list[Arrows | Triple] = Field(
-        [], description="The transitions, as arrow texts or as triples [source, event, target]."
+        default=[], description="The transitions, as arrow texts or as triples [source, event, target]."
     )
-    note: str = Field("", description="A remark for people.")
-    says: str = Field("", description="What the automaton says, in words.")
+    note: str = Field(default="", description="A remark to whoever reads the file.")
+    says: str = Field(default="", description="What the automaton says, in words; explanations quote it.")
 
 
 class ModelFile(_Table):
     """A control problem of plants and specifications over one alphabet, or a part of one."""
 
-    schema_: str = Field("", alias="$schema", description="Where an editor finds this schema; not read otherwise.")
-    name: str = Field("", description="The name of the problem.")
-    description: str = Field("", description="What the problem is about.")
+    name: str = Field(default="", description="The name of the problem.")
+    description: str = Field(default="", description="What the problem is about.")
     events: dict[str, EventTable] = Field(
-        {},
+        default={},
         description="Every event that the automata use. The order is that of the alphabet, and so numbers the states.",
         json_schema_extra={"propertyNames": {"pattern": r"^[^\s,]+$"}},
     )
-    automata: dict[str, AutomatonTable] = Field({}, description="The automata, by name; at least one is a plant.")
+    automata: dict[str, AutomatonTable] = Field(
+        default={}, description="The automata, by name; at least one is a plant."
+    )
     computed: dict[str, Size] = Field(
-        {}, description="Sizes [states, transitions] computed before, kept for comparison; synthesis does not read them."
+        default={},
+        description="Computed sizes [states, transitions], kept for comparison; synthesis does not read them.",
     )
     published: dict[str, Size] = Field(
-        {}, description="Sizes [states, transitions] from a publication, kept for comparison; synthesis does not read them."
+        default={},
+        description="Published sizes [states, transitions], kept for comparison; synthesis does not read them.",
+    )
+    schema_: str = Field(
+        default="", alias="$schema", description="Where an editor finds this schema; thenar does not read it."
     )

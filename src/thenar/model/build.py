@@ -16,7 +16,8 @@ from thenar.model.names import Listed
 __all__ = ["Parts", "Unknown", "assemble", "build_automaton", "check_parts", "parse_arrows", "place_in_words"]
 
 Transition = tuple[str, str, str]
-Complaint = tuple[tuple[str | int, ...], str]  # path to the culprit inside the automaton, and what is wrong
+KeyPath = tuple[str | int, ...]
+Complaint = tuple[KeyPath, str]  # path to the culprit inside the automaton, and what is wrong
 
 _LOOKS = 100_000  # at known names for the one nearest to an unknown one; about half a second
 _ARROW = re.compile(r"\s+-(\S+)->\s+")
@@ -30,10 +31,11 @@ def parse_arrows(text: str) -> list[Transition]:
     """
     states_and_labels = _ARROW.split(text.strip())
     states, labels = states_and_labels[::2], states_and_labels[1::2]
-    if len(states) < 2 or not all(states) or any("->" in s for s in states):
+    events = [event for label in labels for event in label.split(",")]
+    if len(states) < 2 or not all(states) or not all(events) or any("->" in s for s in states):
         raise InputError(f"cannot read {text!r} as transitions; write 'state -event-> state', spaces around the arrow")
     arrows = zip(pairwise(states), labels, strict=True)
-    return [(s, event, t) for (s, t), label in arrows for event in label.split(",") if event]
+    return [(s, event, t) for (s, t), label in arrows for event in label.split(",")]
 
 
 def build_automaton(
@@ -98,10 +100,12 @@ class Parts:
         self.declared = None if states is None else list(states)
 
     def event_names(self) -> Iterable[str]:
+        """Yield the event of each transition, and the rest of the alphabet; names repeat."""
         yield from (e for _, (_, e, _) in self.triples)
         yield from self.alphabet
 
     def state_names(self) -> list[str]:
+        """Return the states as declared, else the initial one and those mentioned, in that order."""
         if self.declared is not None:
             return list(dict.fromkeys(self.declared))
         mentioned = (q for _, (s, _, t) in self.triples for q in (s, t))
@@ -109,7 +113,7 @@ class Parts:
 
 
 class Unknown:
-    """Says that a name is unknown, and offers the nearest known one.
+    """Says that a name is unknown, and offers the nearest known one, or ``otherwise`` another way out.
 
     To find that one takes a look at every known name, so it is done once a name, and only while the looks
     are few: a file whose names are all wrong is told so without delay.
@@ -118,15 +122,16 @@ class Unknown:
     "unknown event 'slop'; did you mean 'slip'?"
     """
 
-    def __init__(self, kind: str, known: Sequence[str]) -> None:
-        self._kind, self._known = kind, known
+    def __init__(self, kind: str, known: Sequence[str], otherwise: str = "") -> None:
+        self._kind, self._known, self._otherwise = kind, known, otherwise
         self._searches = max(1, _LOOKS // max(1, len(known)))
         self._said: dict[str, str] = {}
 
     def __call__(self, name: str) -> str:
+        """Return the sentence about ``name``."""
         if name not in self._said:
             near = did_you_mean(name, self._known) if len(self._said) < self._searches else ""
-            self._said[name] = f"unknown {self._kind} {name!r}{near}"
+            self._said[name] = f"unknown {self._kind} {name!r}{near or self._otherwise}"
         return self._said[name]
 
 
@@ -150,12 +155,8 @@ def check_parts(parts: Parts, known: Alphabet, unknown_event: Unknown | None = N
         complaints.append((("initial",), "no initial state; write which state the automaton starts in"))
     elif parts.initial not in state_set:
         complaints.append((("initial",), unknown_state(parts.initial)))
-    complaints += [
-        (("marked", k), unknown_state(q)) for k, q in enumerate(parts.marked) if q not in state_set
-    ]
-    complaints += [
-        (("alphabet", k), unknown_event(e)) for k, e in enumerate(parts.alphabet) if e not in known
-    ]
+    complaints += [(("marked", k), unknown_state(q)) for k, q in enumerate(parts.marked) if q not in state_set]
+    complaints += [(("alphabet", k), unknown_event(e)) for k, e in enumerate(parts.alphabet) if e not in known]
     seen: dict[tuple[str, str], tuple[int, str]] = {}
     for k, (s, e, t) in parts.triples:
         here = ("transitions", k)

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 from thenar.render.measure import event_text, label_lines, state_lines, text_width
 from thenar.render.scene import Edge, Label, Node
 
-__all__ = ["Box", "Layout", "Point", "Route", "curve_length", "label_size", "node_size", "recess", "straight"]
+__all__ = ["Box", "Layout", "Point", "Route", "along", "label_size", "node_size", "recess", "straight"]
 
 Point = tuple[float, float]
 
@@ -54,10 +55,7 @@ class Box:
     def overlaps(self, other: Box) -> bool:
         """Return whether the interiors meet."""
         return (
-            self.left < other.right
-            and other.left < self.right
-            and self.top < other.bottom
-            and other.top < self.bottom
+            self.left < other.right and other.left < self.right and self.top < other.bottom and other.top < self.bottom
         )
 
 
@@ -132,15 +130,15 @@ def recess(offset: float, half: float) -> float:
 def straight(*corners: Point) -> tuple[Point, ...]:
     """Return the points of a route along straight lines."""
     points = [corners[0]]
-    for (x0, y0), (x1, y1) in zip(corners, corners[1:], strict=False):
+    for (x0, y0), (x1, y1) in pairwise(corners):
         points += [((2 * x0 + x1) / 3, (2 * y0 + y1) / 3), ((x0 + 2 * x1) / 3, (y0 + 2 * y1) / 3), (x1, y1)]
     return tuple(points)
 
 
-def curve_length(points: tuple[Point, ...], upto: float) -> tuple[Point, Point]:
-    """Return the point at distance ``upto`` along a route, and the unit direction there."""
+def along(points: tuple[Point, ...], upto: float) -> tuple[Point, Point]:
+    """Return the point at distance ``upto`` along a route (or its end), and the unit direction there."""
     before = points[0]
-    gone = 0.0
+    gone, direction = 0.0, (0.0, 1.0)
     for k in range(0, len(points) - 3, 3):
         p0, p1, p2, p3 = points[k : k + 4]
         for step in range(1, 13):
@@ -148,8 +146,10 @@ def curve_length(points: tuple[Point, ...], upto: float) -> tuple[Point, Point]:
             a, b, c, d = (1 - t) ** 3, 3 * t * (1 - t) ** 2, 3 * t * t * (1 - t), t**3
             here = (a * p0[0] + b * p1[0] + c * p2[0] + d * p3[0], a * p0[1] + b * p1[1] + c * p2[1] + d * p3[1])
             length = math.dist(before, here)
-            gone += length
-            if gone >= upto and length > 0:
-                return here, ((here[0] - before[0]) / length, (here[1] - before[1]) / length)
+            if length > 0:
+                direction = (here[0] - before[0]) / length, (here[1] - before[1]) / length
             before = here
-    return before, (0.0, 1.0)
+            gone += length
+            if gone >= upto:
+                return here, direction
+    return before, direction

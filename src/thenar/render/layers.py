@@ -25,6 +25,8 @@ def assign_layers(n: int, edges: Sequence[Pair], root: int) -> list[int]:
     >>> assign_layers(4, [(0, 1), (1, 2), (2, 1), (2, 3), (3, 0)], root=0)
     [0, 1, 2, 3]
     """
+    if not n:
+        return []
     after: list[list[int]] = [[] for _ in range(n)]
     for u, v in edges:
         after[u].append(v)

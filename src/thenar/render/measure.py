@@ -15,7 +15,8 @@ _NARROW = frozenset("fijlrtI|!.,:;'`()[]{}\\/- *\"°")
 _WIDE = frozenset("mwMW@%—…&+=<>~→")
 _EM_NARROW, _EM_WIDE, _EM_UPPER, _EM_OTHER = 0.36, 0.88, 0.70, 0.585
 
-_BREAK = re.compile(r"(?<=[|,_ ])")  # a state name breaks after these
+# a state name breaks after the first of these, or, where that is not enough, after the second
+_BREAKS = re.compile(r"(?<=\|)"), re.compile(r"(?<=[_, .-])")
 
 
 def printable(text: str) -> str:
@@ -60,20 +61,23 @@ def _em(c: str) -> float:
 def state_lines(name: str, columns: int = 20, most: int = 5) -> tuple[str, ...]:
     """Break a state name into up to ``most`` lines of about ``columns`` characters; the rest becomes "…".
 
-    >>> state_lines("neutral|approached_from_left|idle")
-    ('neutral|', 'approached_from_', 'left|idle')
+    >>> state_lines("idle|neutral|approached_from_the_left")
+    ('idle|neutral|', 'approached_from_the_', 'left')
     """
-    lines = [""]
-    for part in _BREAK.split(printable(name)):
-        if lines[-1] and len(lines[-1]) + len(part) > columns:
-            lines.append("")
-        lines[-1] += part
-    lines = [piece for line in lines for piece in _chop(line, 2 * columns)]
+    lines = [printable(name)]
+    for breaks in _BREAKS:
+        lines = [packed for line in lines for packed in _pack(breaks.split(line), columns)]
+    lines = [line[k : k + 2 * columns] for line in lines for k in range(0, max(1, len(line)), 2 * columns)]
     return tuple(lines if len(lines) <= most else [*lines[: most - 1], lines[most - 1][: columns - 1] + "…"])
 
 
-def _chop(line: str, columns: int) -> list[str]:
-    return [line[k : k + columns] for k in range(0, len(line), columns)] or [""]
+def _pack(parts: Sequence[str], columns: int) -> list[str]:
+    lines = [""]
+    for part in parts:
+        if lines[-1] and len(lines[-1]) + len(part) > columns:
+            lines.append("")
+        lines[-1] += part
+    return lines
 
 
 def event_text(label: Label, columns: int = 40) -> str:

@@ -102,7 +102,7 @@ def scene(
     state, or the initial state): first those that can follow it, breadth-first, then those that lead there.
     The caption says so.  Time O(limit), and one look at every transition to find those that lead in.
 
-    Raises UnknownName for a state or event that does not exist.
+    Raises UnknownName for a state or event that does not exist, InputError for what is no automaton.
 
     >>> lamp = Automaton.from_transitions(["off -on-> lit -off-> off"], initial="off", marked=["off"], name="LAMP")
     >>> picture = scene(lamp, path="on")
@@ -111,6 +111,8 @@ def scene(
     >>> scene(lamp, limit=1).caption
     '1 of 2 states, around state 0'
     """
+    if not isinstance(automaton, Automaton | Supervisor):
+        raise InputError(f"cannot draw {automaton!r} as one graph; give an automaton or a supervisor")
     if limit < 1:
         raise InputError(f"limit is {limit}; a picture shows at least 1 state")
     supervisor, G = (automaton, automaton.automaton) if isinstance(automaton, Supervisor) else (None, automaton)
@@ -120,9 +122,7 @@ def scene(
 
     position = {q: k for k, q in enumerate(view)}
     visited = frozenset(walk.states)
-    nodes = [
-        Node(q, G.states[q], q == G.initial, bool(G.marked[q]), q in lit, q in visited, "state") for q in view
-    ]
+    nodes = [Node(q, G.states[q], q == G.initial, bool(G.marked[q]), q in lit, q in visited, "state") for q in view]
     edges: list[Edge] = []
     incoming = _entered_from_outside(G, view)
     for k, q in enumerate(view):
@@ -157,9 +157,7 @@ class _Walk:
         self.refused = (self.states[-1], events[len(self.states) - 1]) if refused else None
 
 
-def _view(
-    G: Automaton, walk: _Walk, lit: list[int], centre: int | None, limit: int
-) -> tuple[list[int], str, int]:
+def _view(G: Automaton, walk: _Walk, lit: list[int], centre: int | None, limit: int) -> tuple[list[int], str, int]:
     """Return the states to show, in ascending order, the caption, and where the flow of what is shown starts."""
     if G.n_states <= limit:
         return list(range(G.n_states)), "" if G.n_states else "no states", G.initial

@@ -9,8 +9,8 @@ synthesis itself explored.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import asdict, dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
@@ -28,6 +28,7 @@ from thenar.synthesis.api import SynthesisResult, synthesize
 __all__ = ["Explanation", "Violation", "explain_disabled", "explain_empty", "explain_removed"]
 
 SURVIVES, ILLEGAL, UNCONTROLLABLE, BLOCKING = range(4)  # as the kernel numbers its reasons
+NOTHING = Trace()
 MIN_BUDGET = 100_000  # product states that minimising a conflict may explore however small the problem: milliseconds
 
 
@@ -41,13 +42,13 @@ class Violation:
     meaning: str = ""
 
     def __str__(self) -> str:
-        says = f" ({self.meaning.rstrip('.')})" if self.meaning else ""
+        says = f' ("{self.meaning}")' if self.meaning else ""
         return f"{self.spec}{says} forbids {self.event} in its state {self.state!r}"
 
 
 @dataclass(frozen=True, slots=True)
 class Explanation(Displayable):
-    """An answer to *why*.  ``str`` gives the words; the fields are the data.
+    """An answer to *why*.  ``str`` gives the words (``lead``, then ``why``); the fields are the data.
 
     * ``verdict``: ``"enabled"``; ``"impossible"`` (the plant cannot do it); ``"forbidden"`` (a specification
       says no); ``"uncontrollable"`` (uncontrollable events could then break a specification);
@@ -56,26 +57,30 @@ class Explanation(Displayable):
     * ``after``: the trace to where the question is asked; ``event``: the event asked about
     * ``continuation``: the shortest uncontrollable string from there to what goes wrong
     * ``violations``: the specifications broken at its end
+    * ``enabled``: the events that the supervisor enables there
     * ``conflict``: for an impossible task, specifications that cannot be met together; ``minimal`` says
       that leaving out any one of them gives a supervisor
     """
 
     verdict: str
-    text: str
-    after: Trace = Trace()
+    lead: str
+    why: str
+    after: Trace = NOTHING
     event: str | None = None
-    continuation: Trace = Trace()
+    continuation: Trace = NOTHING
     violations: tuple[Violation, ...] = ()
+    enabled: tuple[str, ...] = ()
     conflict: tuple[str, ...] = ()
     minimal: bool = True
 
     def __str__(self) -> str:
-        return self.text
+        instead = f" Enabled there: {', '.join(self.enabled)}." if self.enabled and self.verdict != "enabled" else ""
+        return f"{self.lead}{self.why}{instead}"
 
     def to_dict(self) -> dict[str, object]:
         """Return the explanation as plain lists, strings and numbers."""
-        plain = asdict(self)
-        return {k: list(v) if isinstance(v, (Trace, tuple)) else v for k, v in plain.items()}
+        plain = {k: list(v) if isinstance(v, (Trace, tuple)) else v for k, v in asdict(self).items()}
+        return {"text": str(self), **plain}
 
 
 def explain_disabled(
@@ -115,7 +120,7 @@ def explain_removed(result: SynthesisResult, after: Iterable[str] | str) -> Expl
             return _why(result, evidence, x, trace[:k], event)
         x = target
     if evidence.native.reason[x] == SURVIVES:
-        return Explanation("enabled", f"{_after(trace)} the state is one of the supervisor's.", trace)
+        return Explanation("enabled", f"{_after(trace)} ", "the state is one of the supervisor's.", trace)
     return _consequence(result, evidence, x, trace, f"{_after(trace)} the state is removed: ")
 
 
@@ -130,17 +135,12 @@ def explain_empty(result: SynthesisResult) -> Explanation:
     if result:
         raise InputError("a supervisor exists; ask explain_disabled about its decisions")
     problem = result.problem
-    empty = [a.name for a in problem.automata if a.is_empty]
+    lead = "No supervisor exists: "
+    empty = tuple(a.name for a in problem.automata if a.is_empty)
     if empty:
-        return Explanation(
-            "impossible", f"No supervisor exists: {' and '.join(empty)} has no states.", conflict=tuple(empty)
-        )
+        return Explanation("impossible", lead, f"{' and '.join(empty)} has no states.", conflict=empty)
     specs, minimal = _minimal_conflict(result)
-    core = (
-        result
-        if len(specs) == len(problem.specs)
-        else synthesize(Problem(problem.plants, specs, alphabet=problem.alphabet))
-    )
+    core = result if len(specs) == len(problem.specs) else synthesize(_with_specs(problem, specs))
     names = tuple(s.name for s in specs)
     if not names:
         who = "even without any specification"
@@ -150,9 +150,8 @@ def explain_empty(result: SynthesisResult) -> Explanation:
         who = f"{', '.join(names[:-1])} and {names[-1]} cannot be met together"
     if names and minimal:
         who += "; without it there is one" if len(names) == 1 else "; without any one of them there is one"
-    why = _consequence(core, _evidence(core), 0, Trace(), "")
-    text = f"No supervisor exists: {who}. Already at the start {why.text}"
-    return Explanation(why.verdict, text, Trace(), None, why.continuation, why.violations, names, minimal)
+    why = _consequence(core, _evidence(core), 0, NOTHING, f"{lead}{who}. Already at the start ")
+    return replace(why, conflict=names, minimal=minimal)
 
 
 # -- the parts of an answer ------------------------------------------------------------------------------------
@@ -161,25 +160,27 @@ def explain_empty(result: SynthesisResult) -> Explanation:
 def _why(result: SynthesisResult, evidence: Exploration, x: int, trace: Trace, event: str) -> Explanation:
     """Explain ``event`` at product state ``x``, which survives or at least was expanded."""
     here = _after(trace)
+    row, reason = dict(_row(evidence, x)), evidence.native.reason
+    enabled = tuple(e for e, t in row.items() if reason[t] == SURVIVES)
     parts = list(zip(evidence.parts, evidence.coordinates([x])[0].tolist(), strict=True))
     n_plants = len(result.problem.plants)
     unable = [(p, q) for p, q in parts[:n_plants] if not allows(p, q, event)]
     if unable:
-        who = " and ".join(f"{p.name} is in state {p.states[q]!r}" for p, q in unable)
-        return Explanation("impossible", f"{here} the plant cannot do {event}: {who}.", trace, event)
+        who = " and ".join(f"{p.name} is in its state {p.states[q]!r}" for p, q in unable)
+        return Explanation(
+            "impossible", f"{here} the plant cannot do {event}: ", f"{who}.", trace, event, enabled=enabled
+        )
     against = _violations((event, s, q) for s, q in parts[n_plants:] if not allows(s, q, event))
     if against:
-        text = f"{here} {event} is disabled: {_listed(against)}."
-        return Explanation("forbidden", text, trace, event, violations=against)
-    target = dict(_row(evidence, x))[event]
-    if evidence.native.reason[target] == SURVIVES:
-        return Explanation("enabled", f"{here} {event} is enabled.", trace, event)
-    return _consequence(result, evidence, target, trace, f"{here} {event} is disabled: if it happened, ", event)
+        lead, why = f"{here} {event} is disabled: ", f"{_listed(against)}."
+        return Explanation("forbidden", lead, why, trace, event, violations=against, enabled=enabled)
+    if reason[row[event]] == SURVIVES:
+        return Explanation("enabled", f"{here} {event} is enabled", ".", trace, event, enabled=enabled)
+    lead = f"{here} {event} is disabled: if it happened, "
+    return replace(_consequence(result, evidence, row[event], trace, lead), event=event, enabled=enabled)
 
 
-def _consequence(
-    result: SynthesisResult, evidence: Exploration, x: int, trace: Trace, lead: str, event: str | None = None
-) -> Explanation:
+def _consequence(result: SynthesisResult, evidence: Exploration, x: int, trace: Trace, lead: str) -> Explanation:
     """Say what goes wrong, unpreventably, from the removed product state ``x`` on; ``lead`` begins the sentence."""
     reason, rank = evidence.native.reason, evidence.native.rank
     path = [] if reason[x] != UNCONTROLLABLE else evidence.shortest_uncontrollable(x, reason == ILLEGAL)
@@ -193,33 +194,30 @@ def _consequence(
         last = broken[0][0]
         violations = _violations(v for v in broken if v[0] == last)
         string = Trace([*string, last])
-        text = f"{lead}{_could_follow(string)}, and {_listed(violations)}."
-        return Explanation("uncontrollable", text, trace, event, string, violations)
-    stuck = _stuck(evidence, end)
-    text = f"{lead}{_could_follow(string) + ', and then ' if len(string) else ''}{stuck}"
-    return Explanation("blocking", text, trace, event, string)
+        why = f"{_could_follow(string)}, and {_listed(violations)}."
+        return Explanation("uncontrollable", lead, why, trace, None, string, violations)
+    why = f"{_could_follow(string)}, and then {_stuck(evidence, end)}" if len(string) else _stuck(evidence, end)
+    return Explanation("blocking", lead, why, trace, None, string)
 
 
 def _stuck(evidence: Exploration, x: int) -> str:
     """Say why no marked state can be reached from ``x``, a state removed as blocking."""
     reason, rank = evidence.native.reason, evidence.native.rank
     name = evidence.names(np.array([x]))[0]
-    row = _row(evidence, x)
-    if not row:
+    if not evidence.native.row(x):
         return f"nothing could happen any more in state {name!r}, which is not marked (a deadlock)."
-    exit_ = evidence.shortest(rank < rank[x], inside=rank == rank[x], start=x) if (rank < rank[x]).any() else None
-    survivors_below = (reason[[t for _, t in row]] == SURVIVES).any()
-    if exit_ is None or survivors_below:
+    # States that block at the same rank are closed but for what was removed before them.
+    way_out = evidence.shortest((rank >= 0) & (rank < rank[x]), inside=rank == rank[x], start=x)
+    if way_out is None:
         return f"no marked state could be reached from state {name!r}, whatever happened."
-    way, last = Trace(e for e, _ in exit_), exit_[-1][1]
     cause = {
-        ILLEGAL: "a state where an uncontrollable event breaks a specification",
-        UNCONTROLLABLE: "a state from which uncontrollable events break a specification or block",
-        BLOCKING: "a state from which no marked state can be reached",
-    }[int(reason[last])]
+        ILLEGAL: "an uncontrollable event breaks a specification",
+        UNCONTROLLABLE: "uncontrollable events lead to what was removed",
+        BLOCKING: "no marked state can be reached either",
+    }[int(reason[way_out[-1][1]])]
     return (
         f"no marked state could be reached from state {name!r}: every way to one passes a state that is itself "
-        f"removed, the nearest after {way} ({cause})."
+        f"removed, the nearest after {Trace(e for e, _ in way_out)}, where {cause}."
     )
 
 
@@ -233,9 +231,9 @@ def _walk(result: SynthesisResult, evidence: Exploration, trace: Trace) -> tuple
         target = dict(_row(evidence, x)).get(event)
         if target is None or evidence.native.reason[target] != SURVIVES:
             cut = _why(result, evidence, x, trace[:k], event)
-            where = f"The trace is cut at its event {k + 1} of {len(trace)}. "
             verdict = "impossible" if cut.verdict == "impossible" else "prevented"
-            return x, Explanation(verdict, where + cut.text, cut.after, event, cut.continuation, cut.violations)
+            lead = f"The trace is cut at its event {k + 1} of {len(trace)}. {cut.lead}"
+            return x, replace(cut, verdict=verdict, lead=lead)
         x = target
     return x, None
 
@@ -245,20 +243,20 @@ def _minimal_conflict(result: SynthesisResult) -> tuple[tuple[Automaton, ...], b
     problem = result.problem
     budget = max(_evidence(result).n_states, MIN_BUDGET)
     needed = list(problem.specs)
-    minimal = True
     for spec in reversed(problem.specs):
         fewer = [s for s in needed if s is not spec]
         try:
-            trial = synthesize(Problem(problem.plants, fewer, alphabet=problem.alphabet), limits=Limits(states=budget))
+            trial = synthesize(_with_specs(problem, fewer), limits=Limits(states=budget))
         except LimitReached:
             return tuple(needed), False
-        budget -= _evidence(trial).n_states
+        budget = max(budget - _evidence(trial).n_states, 1)
         if not trial:
             needed = fewer
-        if budget <= 0:
-            minimal = False
-            break
-    return tuple(needed), minimal
+    return tuple(needed), True
+
+
+def _with_specs(problem: Problem, specs: Sequence[Automaton]) -> Problem:
+    return Problem(problem.plants, specs, alphabet=problem.alphabet)
 
 
 def _evidence(result: SynthesisResult) -> Exploration:
@@ -293,10 +291,9 @@ def _listed(violations: tuple[Violation, ...]) -> str:
 def _after(trace: Trace) -> str:
     if not len(trace):
         return "In the initial state"
-    shown = f"..., {trace[-6:]}" if len(trace) > 8 else str(trace)
-    return f"After {shown} ({len(trace)} events)" if len(trace) > 8 else f"After {shown}"
+    return f"After {trace}" if len(trace) <= 8 else f"After ..., {trace[-6:]} ({len(trace)} events)"
 
 
 def _could_follow(string: Trace) -> str:
-    plural = len(string) > 1
-    return f"the uncontrollable {'events ' if plural else ''}{string} could follow, which no supervisor can prevent"
+    kind = "the uncontrollable events " if len(string) > 1 else "the uncontrollable event "
+    return f"{kind}{string} could follow, which no supervisor can prevent"

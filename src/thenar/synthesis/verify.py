@@ -172,7 +172,7 @@ class _Checker:
         return table
 
     def moves(self, event: int, states: Ints) -> tuple[Mask, Mask, Ints]:
-        """Return, for each of ``states``: can the plants do ``event``, do the specs allow it, the state reached (-1: none listed)."""
+        """Return for each of ``states``: can the plants do ``event``; may they; the state reached (-1: none listed)."""
         can, may = np.ones(len(states), np.bool_), np.ones(len(states), np.bool_)
         after = self.coords[states]
         for k, table in enumerate(self.tables):
@@ -189,7 +189,9 @@ class _Checker:
         return can, may, reached
 
     def where(self, bad: Mask, states: Ints) -> str:
-        """Name the first of ``states`` at which ``bad`` holds."""
+        """Name the first of ``states`` at which ``bad`` holds, if there is one."""
+        if not bad.any():
+            return ""
         x = int(states[np.argmax(bad)])
         return f"state {x} ({', '.join(f'{n}:{q}' for n, q in zip(self.names, self.coords[x].tolist(), strict=True))})"
 
@@ -239,14 +241,9 @@ class _Checker:
             to_alive = (reached >= 0) & self.alive[reached]
             if free:
                 broken, uncontrolled = can & ~may, can & may & ~to_alive
-                self._claim(
-                    not broken.any(),
-                    f"not within the specifications: {self.events[e]} breaks one in {self.where(broken, alive)}",
-                )
-                self._claim(
-                    not uncontrolled.any(),
-                    f"not controllable: uncontrollable {self.events[e]} leads from {self.where(uncontrolled, alive)} to a removed state",
-                )
+                name, breaks, leads = self.events[e], self.where(broken, alive), self.where(uncontrolled, alive)
+                self._claim(not broken.any(), f"not within the specifications: {name} breaks one in {breaks}")
+                self._claim(not uncontrolled.any(), f"not controllable: {name} leads from {leads} to a removed state")
             nearer |= to_alive & (self.way[reached] >= 0) & (self.way[reached] < self.way[alive])
         self._claim(
             bool(nearer.all()), f"not nonblocking: no way to a marked state is shown from {self.where(~nearer, alive)}"
@@ -303,7 +300,7 @@ class _Checker:
 
 
 class _Rows:
-    """Finds rows of small integers in a table: columns are folded into one integer key, ranked when it would overflow."""
+    """Finds rows of small integers in a table: columns are folded into one key, ranked when it would overflow."""
 
     def __init__(self, rows: Ints, sizes: list[int]) -> None:
         self.sizes = sizes

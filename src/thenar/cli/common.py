@@ -1,0 +1,129 @@
+"""What the commands share: models by name, traces as people type them, progress, JSON."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from thenar.errors import InputError, UnknownName, did_you_mean
+
+if TYPE_CHECKING:
+    from thenar.model.events import Alphabet
+    from thenar.model.limits import Limits, Progress
+    from thenar.model.problem import Problem
+    from thenar.model.trace import Trace
+
+__all__ = ["as_json", "find_event", "find_trace", "limits", "load_problem", "models", "print_json", "progress", "say"]
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+models = click.argument("model", nargs=-1, required=True, metavar="MODEL...")
+as_json = click.option("--json", "json_", is_flag=True, help="Print one JSON object instead of text.")
+
+
+def limits(function: F) -> F:
+    """Add the options that bound a computation; ``make_limits`` reads them."""
+    options = (
+        click.option("--max-states", type=click.IntRange(1), metavar="N", help="Stop after N states."),
+        click.option("--max-seconds", type=click.FloatRange(0), metavar="S", help="Stop after S seconds."),
+        click.option("--max-bytes", type=click.IntRange(1), metavar="B", help="Stop when the kernel holds B bytes."),
+    )
+    for option in reversed(options):
+        function = option(function)
+    return function
+
+
+def make_limits(max_states: int | None, max_seconds: float | None, max_bytes: int | None) -> Limits:
+    """Turn the options of :func:`limits` into Limits."""
+    from thenar.model.limits import Limits
+
+    return Limits(states=max_states, seconds=max_seconds, bytes=max_bytes)
+
+
+def load_problem(names: tuple[str, ...]) -> Problem:
+    """Load library models and files; several are composed into one problem."""
+    from thenar import io, library
+    from thenar.model.problem import Problem
+
+    files = [n for n in names if n == "-" or _is_file(n)]
+    problems = []
+    for name in names:
+        if name not in files:
+            try:
+                problems.append(library.model(name))
+            except UnknownName:
+                near = did_you_mean(name, library.MODELS)
+                known = ", ".join(library.MODELS)
+                raise InputError(
+                    f"no file and no library model is called {name!r}{near}; library models: {known}"
+                ) from None
+    if files:
+        problems.append(io.load(*files))
+    if len(problems) == 1:
+        return problems[0]
+    return Problem(
+        [a for p in problems for a in p.plants],
+        [a for p in problems for a in p.specs],
+        name=" + ".join(p.name for p in problems if p.name),
+    )
+
+
+def _is_file(name: str) -> bool:
+    """Tell a path from the name of a library model: it exists, or it looks like one."""
+    return Path(name).exists() or name.endswith((".toml", ".json")) or "/" in name
+
+
+def find_event(alphabet: Alphabet, name: str) -> str:
+    """Return the event called ``name``; the ``*`` that marks a shared event may be left out."""
+    return name + "*" if name not in alphabet and name + "*" in alphabet else alphabet[name].name
+
+
+def find_trace(alphabet: Alphabet, text: str) -> Trace:
+    """Read a trace; raises UnknownName for its first unknown event."""
+    from thenar.model.trace import Trace
+
+    return Trace(find_event(alphabet, name) for name in Trace.parse(text))
+
+
+@contextmanager
+def progress() -> Iterator[Progress | None]:
+    """Yield a progress callback that keeps a line on a terminal up to date, once work has taken a moment."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+
+    status = Console(stderr=True).status("")
+    start, shown = time.monotonic(), False
+
+    def show(states: int, transitions: int) -> None:
+        nonlocal shown
+        elapsed = time.monotonic() - start
+        if elapsed < 0.5:
+            return
+        status.update(f"{states:,} states, {transitions:,} transitions, {elapsed:.0f} s   (Ctrl-C stops)")
+        if not shown:
+            status.start()
+            shown = True
+
+    try:
+        yield show
+    finally:
+        status.stop()
+
+
+def print_json(value: object) -> None:
+    """Print one JSON object."""
+    click.echo(json.dumps(value, ensure_ascii=False, indent=2))
+
+
+def say(text: str = "") -> None:
+    """Print a line."""
+    click.echo(text)

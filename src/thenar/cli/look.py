@@ -1,0 +1,122 @@
+"""thenar show, paper, doctor: things to look at."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+from thenar.cli.common import as_json, find_trace, load_problem, models, print_json, say
+from thenar.errors import InputError
+
+if TYPE_CHECKING:
+    from thenar.model.automaton import Automaton
+    from thenar.model.problem import Problem
+    from thenar.model.supervisor import Supervisor
+
+FORMATS = ("text", "mermaid", "svg")
+
+
+@click.command()
+@models
+@click.option("--format", "format_", type=click.Choice(FORMATS), default="text", show_default=True)
+@click.option("--automaton", metavar="NAME", help="What to show: an automaton of the model, 'plant' or 'supervisor'.")
+@click.option("--after", metavar="TRACE", help="Highlight the way along these events.")
+@click.option("-o", "--output", metavar="OUT", help="Write to OUT instead of standard output.")
+def show(model: tuple[str, ...], format_: str, automaton: str | None, after: str | None, output: str | None) -> None:
+    """Show a model: its automata as a table, as Mermaid text or as a drawing.
+
+    Without --automaton the text form lists the whole problem; drawings need one automaton.
+    """
+    from thenar import io, render
+
+    problem = load_problem(model)
+    trace = None if after is None else find_trace(problem.alphabet, after)
+    if format_ == "text" and automaton is None:
+        text = "\n\n".join([render.table(problem), *(render.table(a) for a in problem.automata)])
+    else:
+        if automaton is None and len(problem.automata) > 1:
+            names = ", ".join([*(a.name for a in problem.automata), "plant", "supervisor"])
+            raise InputError(f"a drawing shows one automaton; choose with --automaton: {names}")
+        chosen = _choose(problem, automaton or problem.automata[0].name)
+        if format_ == "text":
+            text = render.table(chosen)
+        elif format_ == "svg":
+            text = render.svg(chosen, path=trace)
+        else:
+            text = render.mermaid(chosen, path=trace)
+    if output is None:
+        say(text)
+    else:
+        io.atomic_write(output, text + "\n")
+
+
+def _choose(problem: Problem, name: str) -> Automaton | Supervisor:
+    from thenar.explicit.products import sync
+    from thenar.synthesis.api import synthesize
+
+    if name == "plant":
+        return sync(*problem.plants)
+    if name == "supervisor":
+        return synthesize(problem).supervisor
+    return problem.automaton(name)
+
+
+@click.command()
+@as_json
+def paper(json_: bool) -> None:
+    """Compute the paper's published results, and set each beside the published figure.
+
+    Exit code 1 if one that the reconstruction must reach (status 'exact') is missed.
+    """
+    from thenar.library.glr.paper import SIMULATIONS, results, simulations
+
+    rows = results()
+    if json_:
+        fields = ("what", "published", "computed", "match", "status")
+        print_json({"rows": [{f: getattr(r, f) for f in fields} for r in rows]})
+    else:
+        from rich import box
+        from rich.console import Console
+        from rich.table import Table
+
+        console = Console(highlight=False)
+        if not console.is_terminal:
+            console.width = 160  # a pipe has no width: leave the rows whole
+        view = Table("what", "published", "computed", "match", box=box.SIMPLE)
+        for r in rows:
+            match = "[green]yes[/]" if r.match else "[yellow]open[/]" if r.status == "open" else "[red]NO[/]"
+            view.add_row(r.what, r.published, r.computed, match)
+        for simulation, steps in zip(SIMULATIONS, simulations(), strict=True):
+            console.print(f"[bold]{simulation.title}[/]   (the published state number at the end, where it differs)")
+            lines = [status for step in steps for status in step.statuses]
+            for k, line in enumerate(lines):
+                published = simulation.published[k][2] if k < len(simulation.published) else None
+                console.print(f"{line}" + (f"   [yellow]({published})[/]" if published != line.state else ""))
+            console.print()
+        console.print(view)
+        exact = [r for r in rows if r.status == "exact"]
+        console.print(
+            f"{sum(r.match for r in exact)} of {len(exact)} results that the reconstruction must reach are reached; "
+            f"{sum(r.match for r in rows if r.status == 'open')} of {len(rows) - len(exact)} open ones: the paper's "
+            "figures are lost, and its words do not determine them."
+        )
+    if not all(r.match for r in rows if r.status == "exact"):
+        raise click.exceptions.Exit(1)
+
+
+@click.command()
+@as_json
+def doctor(json_: bool) -> None:
+    """Say what is installed, what is missing, and how to get it."""
+    from thenar.cli.health import examine
+
+    findings = examine()
+    if json_:
+        print_json([{"what": f.what, "found": f.found, "needed_for": f.needed_for, "get": f.get} for f in findings])
+    else:
+        for f in findings:
+            mark = "ok      " if f.found else "MISSING " if f.required else "-       "
+            say(f"{mark} {f.what:<20} {f.found or f'not found; for {f.needed_for}: {f.get}'}")
+    if any(f.required and not f.found for f in findings):
+        raise click.exceptions.Exit(1)

@@ -1,0 +1,163 @@
+"""thenar synth, check, verify: the answers that are true or false."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from thenar.cli.common import as_json, limits, load_problem, make_limits, models, print_json, progress, say
+
+if TYPE_CHECKING:
+    from thenar.model.problem import Problem
+    from thenar.model.trace import Check
+    from thenar.synthesis.api import SynthesisResult
+
+PROPERTIES = ("controllable", "nonblocking", "nonconflicting", "solvable")
+
+
+@click.command()
+@models
+@click.option("-o", "--output", metavar="OUT", help="Write the supervisor to OUT (.toml or .json).")
+@click.option("--engine", default="auto", show_default=True, metavar="E", help="Engine to use: auto or explicit.")
+@click.option("--certificate", "certificate_", metavar="FILE", help="Write the evidence, for 'thenar verify FILE'.")
+@limits
+@as_json
+def synth(
+    model: tuple[str, ...], output: str | None, engine: str, certificate_: str | None, json_: bool, **bounds: Any
+) -> None:
+    """Synthesise the largest controllable, nonblocking supervisor.
+
+    Exit code 1 if none exists; the reason is printed.
+    """
+    from thenar import io
+    from thenar.explicit.control import is_controllable
+    from thenar.explicit.reach import is_nonblocking
+    from thenar.synthesis.api import synthesize
+    from thenar.synthesis.certificate import certificate
+
+    problem = load_problem(model)
+    if output is not None:
+        io.check_output(output)
+    with progress() as show:
+        result = synthesize(problem, engine, limits=make_limits(**bounds), progress=show)
+        supervisor = result.supervisor.automaton
+        # not taken on trust: checked again on the result, as the properties of any automaton are
+        controllable = bool(is_controllable(supervisor, problem.plants))
+        nonblocking = bool(is_nonblocking(supervisor))
+        plant = result.plant
+    if certificate_ is not None:
+        io.atomic_write(certificate_, certificate(result))
+    if output is not None and result:
+        io.save(supervisor, output)
+    if json_:
+        print_json(
+            {
+                "plant": {"states": plant.n_states, "transitions": plant.n_transitions},
+                "supervisor": {"states": supervisor.n_states, "transitions": supervisor.n_transitions},
+                "controllable": controllable,
+                "nonblocking": nonblocking,
+                "engine": result.engine,
+                "seconds": result.seconds,
+                **({} if result else {"reason": result.reason.to_dict() if result.reason else None}),
+            }
+        )
+    else:
+        _report(problem, result, output if result else None, certificate_)
+    if not result:
+        raise click.exceptions.Exit(1)
+
+
+def _report(problem: Problem, result: SynthesisResult, output: str | None, certificate_: str | None) -> None:
+    plant, supervisor = result.plant, result.supervisor
+    say(str(problem))
+    say(f"  plant       {plant.n_states:>12,} states {plant.n_transitions:>12,} transitions")
+    if result:
+        say(f"  supervisor  {supervisor.n_states:>12,} states {supervisor.n_transitions:>12,} transitions")
+        say(f"  {len(supervisor.disabled):,} disablements; {result.engine} engine, {1000 * result.seconds:.1f} ms")
+    else:
+        say(str(result.reason))
+    for what, path in (("supervisor", output), ("certificate", certificate_)):
+        if path is not None:
+            say(f"  {what} written to {path}")
+
+
+@click.command()
+@models
+@click.option(
+    "--property", "properties", multiple=True, type=click.Choice(PROPERTIES), help="What to check; default: everything."
+)
+@limits
+@as_json
+def check(model: tuple[str, ...], properties: tuple[str, ...], json_: bool, **bounds: Any) -> None:
+    """Check properties of a problem, with a shortest trace as evidence where one does not hold.
+
+    \b
+    controllable    no specification forbids an uncontrollable event that the plants can do
+    nonblocking     the plants alone can always reach a marked state
+    nonconflicting  plants and specifications together can always reach a marked state
+    solvable        a supervisor exists
+
+    Exit code 1 if one of them does not hold.
+    """
+    problem = load_problem(model)
+    with progress() as show:
+        checks = [_check(problem, p, bounds, show) for p in properties or PROPERTIES]
+    if json_:
+        print_json([_plain(c) for c in checks])
+    else:
+        for c in checks:
+            say(str(c))
+    if not all(checks):
+        raise click.exceptions.Exit(1)
+
+
+def _check(problem: Problem, name: str, bounds: dict[str, Any], show: Any) -> Check:
+    from thenar.explicit.control import is_controllable
+    from thenar.explicit.reach import is_nonconflicting
+    from thenar.model.trace import Check, Trace
+    from thenar.synthesis.api import synthesize
+
+    how = {"limits": make_limits(**bounds), "progress": show}
+    if name == "controllable":
+        return is_controllable(problem.specs, problem.plants, **how)
+    if name == "solvable":
+        result = synthesize(problem, **how)
+        return Check("solvable", True) if result else Check("solvable", False, Trace(), str(result.reason))
+    found = is_nonconflicting(*(problem.plants if name == "nonblocking" else problem.automata), **how)
+    return Check(name, found.holds, found.witness, found.reason)
+
+
+def _plain(found: Check) -> dict[str, object]:
+    witness = None if found.witness is None else list(found.witness)
+    return {"property": found.property, "holds": found.holds, "witness": witness, "reason": found.reason}
+
+
+@click.command()
+@click.argument("file", metavar="FILE")
+@click.argument("model", nargs=-1, metavar="[MODEL...]")
+@as_json
+def verify(file: str, model: tuple[str, ...], json_: bool) -> None:
+    """Check a certificate with an independent checker; with MODEL, also that it is about that problem.
+
+    Exit code 1 if the certificate proves nothing, 2 if it is none or damaged.
+    """
+    from thenar.synthesis.certificate import is_about
+    from thenar.synthesis.verify import read
+    from thenar.synthesis.verify import verify as verify_file
+
+    verdict = verify_file(file)
+    holds, reason = bool(verdict), verdict.reason
+    if holds and model and not is_about(*read(file), load_problem(model)):
+        holds, reason = False, f"the certificate is about another problem than {' '.join(model)}"
+    if json_:
+        sizes = {"states": verdict.states, "transitions": verdict.transitions}
+        print_json({"holds": holds, "reason": reason, "problem": verdict.problem, "supervisor": sizes})
+    elif holds:
+        say(f"{file}: proved: {reason}")
+        sizes = f"{verdict.states:,} states, {verdict.transitions:,} transitions"
+        say(f"  {verdict.problem}: {sizes}; {verdict.checked:,} states of the product checked")
+    else:
+        say(f"{file}: not proved: {reason}")
+    if not holds:
+        raise click.exceptions.Exit(1)

@@ -1,0 +1,204 @@
+"""The native kernel where it is easy to get wrong: many events, wide states, long chains, limits, interrupts."""
+
+import _thread
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import thenar
+from thenar.model.automaton import Automaton
+from thenar.testing import oracle
+
+
+def toggles(n: int, *, uncontrollable: bool = False) -> list[Automaton]:
+    """n independent two-state automata."""
+    return [
+        Automaton.from_transitions(
+            [f"0 -up{k}-> 1 -down{k}-> 0"],
+            initial="0",
+            marked=["0"],
+            uncontrollable=[f"down{k}"] if uncontrollable else [],
+            name=f"T{k}",
+        )
+        for k in range(n)
+    ]
+
+
+def ring(name: str, n: int, events: list[str]) -> Automaton:
+    """n states in a ring, all events moving on together."""
+    lines = [(str(q), e, str((q + 1) % n)) for q in range(n) for e in events]
+    return Automaton.from_transitions(lines, initial="0", marked=["0"], events=events, name=name)
+
+
+@pytest.mark.parametrize("n", [31, 32, 33, 63, 64, 65, 130])
+def test_events_beyond_a_machine_word_are_no_different(n: int) -> None:
+    """The marker bit lies behind the last event: 63, 64 and 65 events are the edges."""
+    events = [f"e{k}" for k in range(n)]
+    a = Automaton.from_transitions(
+        [("0", e, "1") for e in events[::2]] + [("1", e, "0") for e in events[1::2]],
+        initial="0",
+        marked=["1"],
+        events=events,
+        name="A",
+    )
+    b = ring("B", 3, events)
+    product = thenar.sync(a, b)
+    expected = oracle.sync(a, b)
+    assert (product.n_states, product.n_transitions) == (expected.n_states, expected.n_transitions)
+    assert oracle.isomorphic(product, expected)
+
+
+@pytest.mark.parametrize("n", [40, 64, 65, 100, 300, 1500])
+def test_states_of_many_words_are_no_different(n: int) -> None:
+    """n two-state automata in a ring that pass a token: n states of n bits."""
+    parts = [
+        Automaton.from_transitions(
+            [("1", f"pass{k}", "0"), ("0", f"pass{(k - 1) % n}", "1")],
+            initial="1" if k == 0 else "0",
+            marked=["0", "1"],
+            name=f"P{k}",
+        )
+        for k in range(n)
+    ]
+    product = thenar.sync(*parts)
+    assert (product.n_states, product.n_transitions) == (n, n)
+    assert product.states[1].split("|").index("1") == 1
+
+
+def test_more_bits_than_the_explicit_engine_packs_is_a_clear_error() -> None:
+    with pytest.raises(thenar.InputError, match="explicit engine packs 4096"):
+        thenar.sync(*toggles(4097))
+
+
+@pytest.mark.parametrize("forward", [True, False])
+def test_a_long_chain_is_solved_in_linear_time(forward: bool) -> None:
+    """Removal that creeps along 200 000 states, one a sweep, would take hours by sweeps alone."""
+    n = 200_000
+    order = np.arange(n) if forward else np.roll(np.arange(n)[::-1], 1)
+    target = np.empty(n, np.int32)
+    target[order[:-1]] = order[1:]
+    target[order[-1]] = order[-1]
+    # every state can also jump anywhere near the start, so that breadth-first numbers do not follow the chain
+    events = np.tile(np.array([0, 1], np.int32), n)
+    jumps = np.stack([(np.arange(n) * 7919 + 13) % n, target], axis=1).astype(np.int32).ravel()
+    alphabet = thenar.Alphabet([thenar.Event("jump"), thenar.Event("next", controllable=False)])
+    marked = np.ones(n, np.bool_)
+    plant = Automaton.from_arrays(alphabet, np.arange(n + 1) * 2, events, jumps, marked=marked, name="CHAIN")
+    last = Automaton.from_transitions(
+        [], initial="q", marked=["q"], events=[thenar.Event("end", controllable=False)], alphabet=["end"], name="NEVER"
+    )
+    with_end = Automaton.from_arrays(
+        alphabet | last.alphabet,
+        np.concatenate((np.arange(n) * 2, [2 * n + 1])),
+        np.concatenate((events, [2])),
+        np.concatenate((jumps, [0])),
+        marked=marked,
+        name="CHAIN",
+    )
+    assert thenar.supcon(plant, []).n_states == n
+    assert thenar.supcon(with_end, last).is_empty  # "next" leads to the end from everywhere, uncontrollably
+
+
+def test_blocking_that_creeps_along_a_chain_is_found() -> None:
+    """Only the last of 100 000 states is marked, and the numbers run against the chain."""
+    n = 100_000
+    offsets = np.concatenate(([0], np.cumsum(np.where(np.arange(n) == n - 1, 0, 1))))
+    alphabet = thenar.Alphabet(["next"])
+    marked = np.arange(n) == n - 1
+    chain = Automaton.from_arrays(alphabet, offsets, np.zeros(n - 1), np.arange(1, n), marked=marked, name="CHAIN")
+    assert thenar.supcon(chain, []).n_states == n
+    assert thenar.is_nonblocking(chain)
+    unmarked = Automaton.from_arrays(alphabet, offsets, np.zeros(n - 1), np.arange(1, n), marked=np.zeros(n))
+    assert thenar.supcon(unmarked, []).is_empty
+
+
+@pytest.mark.parametrize(
+    ("limits", "name"),
+    [
+        (thenar.Limits(states=1000), "states"),
+        (thenar.Limits(transitions=5000), "transitions"),
+        (thenar.Limits(bytes=1 << 20), "bytes"),
+        (thenar.Limits(seconds=0.05), "seconds"),
+    ],
+)
+def test_a_limit_stops_the_work_and_says_what_was_found(limits: thenar.Limits, name: str) -> None:
+    with pytest.raises(thenar.LimitReached, match=f"stopped at the limit of .* {name}") as stopped:
+        thenar.sync(*toggles(24), limits=limits)
+    assert stopped.value.limit == name
+    assert stopped.value.states > 0
+    assert stopped.value.transitions > 0
+
+
+def test_a_limit_stops_a_projection() -> None:
+    """The n-th symbol from the end: the classic automaton whose projection has 2^n states."""
+    n = 18
+    lines = [("0", "a", "0"), ("0", "b", "0"), ("0", "h", "1")]
+    lines += [(str(k), e, str(k + 1)) for k in range(1, n) for e in "ab"]
+    a = Automaton.from_transitions(lines, initial="0", marked=[str(n)])
+    with pytest.raises(thenar.LimitReached, match="states"):
+        thenar.project(thenar.sync(a), ["a", "b"], limits=thenar.Limits(states=10))
+
+
+def test_progress_is_reported_and_may_stop_the_work() -> None:
+    seen: list[tuple[int, int]] = []
+
+    def watch(states: int, transitions: int) -> None:
+        seen.append((states, transitions))
+        if len(seen) == 3:
+            raise RuntimeError("enough")
+
+    with pytest.raises(RuntimeError, match="enough"):
+        thenar.sync(*toggles(26), progress=watch)
+    assert seen == sorted(seen)
+    assert seen[0][0] > 0
+
+
+def test_an_interrupt_is_heeded_at_once() -> None:
+    asked = []
+
+    def interrupt() -> None:
+        asked.append(time.monotonic())
+        _thread.interrupt_main()
+
+    timer = threading.Timer(0.2, interrupt)
+    timer.start()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            thenar.sync(*toggles(30))
+    finally:
+        timer.cancel()
+    assert asked
+
+
+def test_other_threads_run_while_the_kernel_does() -> None:
+    ticks = 0
+
+    def count() -> None:
+        nonlocal ticks
+        while not done.is_set():
+            ticks += 1
+            time.sleep(0.001)
+
+    done = threading.Event()
+    thread = threading.Thread(target=count)
+    thread.start()
+    thenar.sync(*toggles(20))
+    done.set()
+    thread.join()
+    assert ticks > 10
+
+
+def test_the_same_input_gives_the_same_arrays() -> None:
+    a, b = thenar.sync(*toggles(9)), thenar.sync(*toggles(9))
+    for name in ("offsets", "events", "targets", "marked"):
+        assert np.array_equal(getattr(a, name), getattr(b, name))
+
+
+def test_states_are_numbered_breadth_first_in_alphabet_order() -> None:
+    product = thenar.sync(*toggles(6))
+    met = [0]
+    for q in range(product.n_states):
+        met += [t for _, t in product.row(q) if t not in met]
+    assert met == list(range(product.n_states))

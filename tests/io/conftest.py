@@ -1,0 +1,83 @@
+"""A small model to make mistakes in, and the promise that each message is shown in the documentation."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from thenar.errors import InputError
+from thenar.io import load, loads
+
+DOCUMENTATION = (Path(__file__).parents[2] / "docs" / "model-file.md").read_text()
+
+HAND = """\
+[events]
+approach_1 = {}
+slip = { controllable = false }
+
+[automata.FINGER1]
+kind = "plant"
+initial = "neutral"
+marked = ["neutral"]
+transitions = [
+  "neutral -approach_1-> near",
+  "near -slip-> neutral",
+]
+"""
+
+Hand = Callable[[str, str], str]
+Says = Callable[..., None]
+
+
+@pytest.fixture
+def hand() -> Hand:
+    """The small model with one piece of its text replaced."""
+
+    def replaced(old: str, new: str) -> str:
+        assert old in HAND
+        return HAND.replace(old, new)
+
+    return replaced
+
+
+@pytest.fixture
+def says() -> Says:
+    """Assert that reading a text, called hand.toml or hand.json, fails with exactly one message."""
+
+    def check(text: str, *messages: str, format: str = "toml", error: type[InputError] = InputError) -> None:
+        with pytest.raises(error) as caught:
+            loads(text, format, f"hand.{format}")
+        _compare(str(caught.value), messages)
+
+    return check
+
+
+@pytest.fixture
+def files_say(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Says:
+    """Assert that loading files, in a folder of their own, fails with exactly one message."""
+
+    def check(
+        files: dict[str, str | bytes],
+        *messages: str,
+        load_names: tuple[str | os.PathLike[str], ...] | None = None,
+        error: type[InputError] = InputError,
+    ) -> None:
+        monkeypatch.chdir(tmp_path)
+        for name, content in files.items():
+            Path(name).write_bytes(content.encode() if isinstance(content, str) else content)
+        with pytest.raises(error) as caught:
+            load(*(tuple(files) if load_names is None else load_names))
+        _compare(str(caught.value), messages)
+
+    return check
+
+
+def _compare(message: str, expected: tuple[str, ...]) -> None:
+    n = len(expected)
+    counted = [f"{line}   ({k} of {n} problems)" if n > 1 else line for k, line in enumerate(expected, 1)]
+    assert message.split("\n") == counted
+    undocumented = [line for line in expected if line not in DOCUMENTATION]
+    assert not undocumented, "docs/model-file.md shows every message"
