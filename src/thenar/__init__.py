@@ -11,9 +11,9 @@ Supervisor: 2,809 states, 6,076 transitions, 1,567 disablements
 forbidden
 """
 
-from importlib.metadata import version as _version
+from importlib import import_module as _import_module
+from typing import TYPE_CHECKING
 
-from thenar import library
 from thenar.errors import (
     AlphabetClash,
     CertificateError,
@@ -28,7 +28,6 @@ from thenar.explicit.control import closed_loop, condat, is_controllable, supcon
 from thenar.explicit.language import complement, is_isomorphic, is_sublanguage, minimize, project
 from thenar.explicit.products import meet, selfloop, shuffle, sync
 from thenar.explicit.reach import coreachable, is_nonblocking, is_nonconflicting, reachable, shortest_trace, trim
-from thenar.io import dumps, load, loads, save
 from thenar.model.automaton import Automaton
 from thenar.model.display import set_html_formatter as _set_html_formatter
 from thenar.model.events import Alphabet, Event
@@ -36,14 +35,25 @@ from thenar.model.limits import Limits
 from thenar.model.problem import Problem
 from thenar.model.supervisor import ControlPattern, Supervisor
 from thenar.model.trace import Check, Trace
-from thenar.render import html, mermaid, svg, table
 from thenar.synthesis.api import SynthesisResult, synthesize
-from thenar.synthesis.certificate import certificate
 from thenar.synthesis.explain import Explanation, Violation, explain_disabled, explain_empty, explain_removed
 from thenar.synthesis.simulate import random_trace, simulate
-from thenar.synthesis.verify import verify
 
-__version__ = _version("thenar")
+if TYPE_CHECKING:
+    from thenar import library
+    from thenar.io import dumps, load, loads, save
+    from thenar.render import html, mermaid, svg, table
+    from thenar.synthesis.certificate import certificate
+    from thenar.synthesis.verify import verify
+
+# Imported when first used: import thenar pulls NumPy and the kernel only.
+_LATER = {
+    **dict.fromkeys(("dumps", "load", "loads", "save"), "thenar.io"),
+    **dict.fromkeys(("html", "mermaid", "svg", "table"), "thenar.render"),
+    "certificate": "thenar.synthesis.certificate",
+    "verify": "thenar.synthesis.verify",
+    "library": "thenar",
+}
 
 __all__ = [
     "Alphabet",
@@ -104,4 +114,16 @@ __all__ = [
     "verify",
 ]
 
-_set_html_formatter(html)
+def __getattr__(name: str) -> object:
+    if name == "__version__":
+        return _import_module("importlib.metadata").version("thenar")
+    if name in _LATER:
+        where = _LATER[name]
+        module = _import_module(f"{where}.{name}" if where == "thenar" else where)
+        value = module if where == "thenar" else getattr(module, name)
+        globals()[name] = value
+        return value
+    raise AttributeError(f"module 'thenar' has no attribute {name!r}")
+
+
+_set_html_formatter(lambda shown: str(_import_module("thenar.render").html(shown)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -79,11 +80,22 @@ def _compare(message: str, expected: tuple[str, ...]) -> None:
     n = len(expected)
     counted = [f"{line}   ({k} of {n} problems)" if n > 1 else line for k, line in enumerate(expected, 1)]
     assert message.split("\n") == counted
-    undocumented = [line for line in expected if line not in DOCUMENTATION]
-    assert not undocumented, "docs/model-file.md shows every message"
+    undocumented = [line for line in expected if _reason(line) not in DOCUMENTED]
+    assert not undocumented, "docs/model-file.md shows every kind of message"
+
+
+def _reason(line: str) -> str:
+    """Return what a message says apart from the place, the names and the numbers."""
+    line = re.sub(r"'[^']*'", "'_'", re.sub(r"\d[\d,]*", "0", line))
+    return re.sub(
+        r"^([\w.<>/, -]+(:0)*: )?((event|automaton|computed size|published size) '_'(, [\w ]+)?: |\w+: )?", "", line
+    )
+
+
+DOCUMENTED = {_reason(re.sub(r"   \(\d+ of .*", "", line)) for line in DOCUMENTATION.split("\n")}
 
 
 @pytest.fixture
 def glr() -> Path:
-    """A model of seven automata and 28 events, from the paper."""
-    raise NotImplementedError
+    """The Grasp-Lift-Replace task as it was first recorded: in JSON, all triples, with sizes for reference."""
+    return Path(__file__).parent / "data" / "grasp_lift_replace.json"

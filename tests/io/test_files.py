@@ -26,9 +26,7 @@ TEXT = '[events]\n[automata.M]\nkind = "plant"\ninitial = "x"\n'
 
 
 def test_a_missing_file_is_offered_the_nearest_name(files_say: Says) -> None:
-    files_say(
-        {"hand.toml": TEXT}, "hnad.toml: no such file; did you mean 'hand.toml'?", load_names=("hnad.toml",)
-    )
+    files_say({"hand.toml": TEXT}, "hnad.toml: no such file; did you mean 'hand.toml'?", load_names=("hnad.toml",))
 
 
 def test_a_missing_folder_is_named(files_say: Says) -> None:
@@ -54,8 +52,8 @@ def test_bytes_that_are_no_text_are_located(files_say: Says) -> None:
 
 def test_binary_junk_is_refused_where_it_begins(files_say: Says) -> None:
     files_say(
-        {"hand.json": bytes(range(256))},
-        "hand.json: not UTF-8 text: byte 0x80 at offset 128; save it as UTF-8",
+        {"hand.json": bytes(reversed(range(256)))},
+        "hand.json: not UTF-8 text: byte 0xff at offset 0; save it as UTF-8",
     )
 
 

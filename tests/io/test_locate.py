@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from thenar.io.locate import Places
@@ -95,6 +95,7 @@ VALUES = st.recursive(
 )
 
 
+@settings(deadline=None)  # the first example imports the parsers
 @given(st.dictionaries(NAMES, VALUES, min_size=1, max_size=4))
 def test_a_path_in_json_is_on_its_line(data: dict[str, object]) -> None:
     text = json.dumps(data, indent=1)

@@ -6,14 +6,13 @@ from collections.abc import Callable
 
 import pytest
 
-from thenar.errors import AlphabetClash, ModelError
+from thenar.errors import ModelError
 from thenar.io import loads
 
 Hand = Callable[[str, str], str]
 Says = Callable[..., None]
 
 PLANT = '[automata.M]\nkind = "plant"\ninitial = "x"\n'
-SPEC = '[automata.S]\nkind = "spec"\ninitial = "x"\n'
 
 
 # -- names ---------------------------------------------------------------------------------------------------
@@ -127,6 +126,15 @@ def test_the_way_to_write_an_arrow_is_shown(hand: Hand, says: Says) -> None:
 def test_states_of_an_unreadable_transition_are_not_called_unknown(hand: Hand, says: Says) -> None:
     says(
         hand("neutral -approach_1-> near", "neutral -approach_1->close").replace('["neutral"]', '["close"]'),
+        "hand.toml:10: automaton 'FINGER1', transition 1: cannot read 'neutral -approach_1->close' as transitions; "
+        "write 'state -event-> state', spaces around the arrow",
+    )
+
+
+def test_states_of_other_entries_are_called_unknown(hand: Hand, says: Says) -> None:
+    says(
+        hand("neutral -approach_1-> near", "neutral -approach_1->close").replace('["neutral"]', '["netral"]'),
+        "hand.toml:8: automaton 'FINGER1', marked state 1: unknown state 'netral'; did you mean 'neutral'?",
         "hand.toml:10: automaton 'FINGER1', transition 1: cannot read 'neutral -approach_1->close' as transitions; "
         "write 'state -event-> state', spaces around the arrow",
     )
@@ -282,9 +290,7 @@ def test_a_size_of_one_number_is_a_mistake(hand: Hand, says: Says) -> None:
 
 
 def test_a_file_is_a_table(says: Says) -> None:
-    says(
-        "[1, 2]", "hand.json:1: expected an object in braces with events and automata, found [1, 2]", format="json"
-    )
+    says("[1, 2]", "hand.json:1: expected an object in braces with events and automata, found [1, 2]", format="json")
 
 
 def test_events_and_automata_are_tables(says: Says) -> None:
@@ -323,7 +329,10 @@ def test_a_file_without_automata_is_a_mistake(says: Says) -> None:
 
 
 def test_a_file_without_a_plant_is_a_mistake(says: Says) -> None:
-    says(SPEC, "hand.toml: no plant; at least one automaton of kind 'plant' says what can happen")
+    says(
+        PLANT.replace("plant", "spec"),
+        "hand.toml: no plant; at least one automaton of kind 'plant' says what can happen",
+    )
 
 
 def test_all_mistakes_are_reported_at_once_in_the_order_of_the_lines(says: Says) -> None:
@@ -345,6 +354,7 @@ def test_all_mistakes_are_reported_at_once_in_the_order_of_the_lines(says: Says)
         "hand.toml:2: event 'slip', controlable: unknown key; did you mean 'controllable'?",
         "hand.toml:3: event 'move up': a name is not empty and has no white space and no comma",
         "hand.toml:5: automaton 'PAD', kind: expected 'plant' or 'spec', found the text 'robot'",
+        "hand.toml:9: automaton 'PAD', marked state 2: unknown state 'wett'; did you mean 'wet'?",
         "hand.toml:10: automaton 'PAD', marked state 3: expected text, found 3",
         "hand.toml:12: automaton 'PAD', transition 2: unknown event 'slop'; did you mean 'slip'?",
         "hand.toml:12: automaton 'PAD', transition 3: cannot read 'wet' as transitions; write 'state -event-> state', "
@@ -362,47 +372,3 @@ def test_a_mistake_carries_its_place_and_its_reason(hand: Hand) -> None:
     [mistake] = caught.value.mistakes
     assert mistake.where == "<string>:11"
     assert mistake.what == "automaton 'FINGER1', transition 2: unknown event 'slop'; did you mean 'slip'?"
-
-
-# -- several files -------------------------------------------------------------------------------------------
-
-
-def test_an_event_with_two_meanings_names_both_files(files_say: Says) -> None:
-    files_say(
-        {"hand.toml": "[events]\nslip = { controllable = false }\n" + PLANT, "specs.toml": "[events]\nslip = {}\n" + SPEC},
-        "event 'slip' is uncontrollable in 'hand.toml' and controllable in 'specs.toml'; give it one meaning",
-        error=AlphabetClash,
-    )
-
-
-def test_a_broken_event_is_no_clash(files_say: Says) -> None:
-    files_say(
-        {
-            "hand.toml": "[events]\nslip = { controllable = 'false' }\n" + PLANT,
-            "specs.toml": "[events]\nslip = { controllable = false }\n" + SPEC,
-        },
-        "hand.toml:2: event 'slip', controllable: expected true or false, found the text 'false'",
-        error=ModelError,
-    )
-
-
-def test_an_automaton_has_one_home(files_say: Says) -> None:
-    files_say(
-        {"hand.toml": PLANT, "specs.toml": "\n" + PLANT},
-        "specs.toml:2: automaton 'M': already given in hand.toml; rename one of the two",
-    )
-
-
-def test_the_mistakes_of_all_files_are_reported_together(files_say: Says) -> None:
-    files_say(
-        {"hand.toml": "[events]\nslip = {}\n" + PLANT + "note = 5", "specs.json": '{\n"automata": {"S": 5}}'},
-        "hand.toml:6: automaton 'M', note: expected text, found 5",
-        "specs.json:2: automaton 'S': expected an object in braces, found 5",
-    )
-
-
-def test_what_no_file_gives_is_missing_in_all(files_say: Says) -> None:
-    files_say(
-        {"events.toml": "[events]\nslip = {}", "specs.toml": SPEC},
-        "events.toml, specs.toml: no plant; at least one automaton of kind 'plant' says what can happen",
-    )

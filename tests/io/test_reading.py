@@ -85,7 +85,9 @@ def test_one_arrow_carries_several_events_and_alphabet_adds_what_is_blocked() ->
 
 
 def test_listed_states_number_the_states() -> None:
-    text = '[events]\na = {}\n[automata.M]\nkind = "plant"\ninitial = "y"\nstates = ["z", "y"]\ntransitions = ["y -a-> z"]'
+    text = (
+        '[events]\na = {}\n[automata.M]\nkind = "plant"\ninitial = "y"\nstates = ["z", "y"]\ntransitions = ["y -a-> z"]'
+    )
     machine = loads(text).plants[0]
     assert (list(machine.states), machine.initial) == (["z", "y"], 1)  # type: ignore[call-overload]
 
@@ -113,19 +115,6 @@ def test_the_grasp_lift_replace_model_loads(glr: Path) -> None:
 
 
 # -- where it comes from -------------------------------------------------------------------------------------
-
-
-def test_several_files_make_one_problem(tmp_path: Path) -> None:
-    (tmp_path / "events.json").write_text('{"name": "all", "events": {"a": {"meaning": "first"}, "b": {}}}')
-    (tmp_path / "plant.toml").write_text(
-        'name = "part"\n[events]\nc = {}\na = { meaning = "second" }\n'
-        '[automata.P]\nkind = "plant"\ninitial = "x"\ntransitions = ["x -b,c-> x"]'
-    )
-    (tmp_path / "spec.toml").write_text('[automata.S]\nkind = "spec"\ninitial = "x"\ntransitions = ["x -a-> x"]')
-    problem = load(tmp_path / "events.json", str(tmp_path / "plant.toml"), tmp_path / "spec.toml")
-    assert problem.alphabet.names == ("a", "b", "c")
-    assert [a.name for a in problem.automata] == ["P", "S"]
-    assert (problem.name, problem.alphabet["a"].meaning) == ("all", "first")
 
 
 @pytest.mark.parametrize("format", ["toml", "json"])

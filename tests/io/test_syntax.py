@@ -24,7 +24,10 @@ Says = Callable[..., None]
             "name = hand",
             "hand.toml:1:8: expected a value; text stands in double quotes, and every list ends with ']'",
         ),
-        ("[automata.M]\nmarked = [\n", "hand.toml:2:11: expected a value; text stands in double quotes, and every list ends with ']'"),
+        (
+            "[automata.M]\nmarked = [\n",
+            "hand.toml:2:11: expected a value; text stands in double quotes, and every list ends with ']'",
+        ),
         (
             'marked = ["x"\n[events]',
             "hand.toml:2:1: expected ',' or ']' in a list",
@@ -125,7 +128,7 @@ def test_a_key_given_twice_in_json_names_both_lines(says: Says) -> None:
 
 
 def test_a_key_given_twice_deep_inside_a_list_is_found() -> None:
-    with pytest.raises(ModelError, match=r"^<string>:2: events, .*given twice"):
+    with pytest.raises(ModelError, match=r"^<string>:2: .* given twice, first in line 2"):
         loads('{"events": [\n{"a": 1, "a": 2}]}')
 
 
@@ -144,7 +147,7 @@ def test_deep_nesting_is_refused(opening: str) -> None:
 
 def test_nesting_that_a_parser_survives_is_an_unknown_key() -> None:
     with pytest.raises(ModelError, match=r"^<string>:1: a: unknown key"):
-        loads("a" + ".a" * 20_000 + " = 1")
+        loads("a" + ".a" * 2_000 + " = 1")
 
 
 @pytest.mark.parametrize("text", ["a = " + "1" * 5000, '{"a": ' + "1" * 5000 + "}"])

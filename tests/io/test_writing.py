@@ -7,7 +7,7 @@ import tomllib
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from thenar.errors import InputError
@@ -41,7 +41,9 @@ FACTORY = Problem(
 
 
 def test_toml_reads_well() -> None:
-    assert dumps(FACTORY) == '''\
+    assert (
+        dumps(FACTORY)
+        == """\
 name = "factory"
 description = "one machine"
 
@@ -69,11 +71,14 @@ alphabet = ["repair"]
 transitions = [
   ["a->b", "start", "a->b"],
 ]
-'''
+"""
+    )
 
 
 def test_json_reads_well() -> None:
-    assert dumps(FACTORY, "json") == '''\
+    assert (
+        dumps(FACTORY, "json")
+        == """\
 {
   "name": "factory",
   "description": "one machine",
@@ -105,7 +110,8 @@ def test_json_reads_well() -> None:
     }
   }
 }
-'''
+"""
+    )
 
 
 def test_a_long_list_stands_one_entry_a_line() -> None:
@@ -117,9 +123,9 @@ def test_a_long_list_stands_one_entry_a_line() -> None:
 # -- there and back ------------------------------------------------------------------------------------------
 
 # odd on purpose: what TOML, JSON and arrow texts treat in their own way
-NAMES = st.text(st.sampled_from("ab1 -_>.*\"'\\#=,[]{}\n\t\r\x00\x7fé\u2028\u0085🤏"), min_size=1, max_size=5) | st.sampled_from(
-    ["-a->", "a -b-> c", " a", "a ", "true", "1.5", "idle|busy", '"""', "'''", "events", "→"]
-)
+NAMES = st.text(
+    st.sampled_from("ab1 -_>.*\"'\\#=,[]{}\n\t\r\x00\x7fé\u2028\u0085🤏"), min_size=1, max_size=5
+) | st.sampled_from(["-a->", "a -b-> c", " a", "a ", "true", "1.5", "idle|busy", '"""', "'''", "events", "→"])
 EVENT_NAMES = NAMES.filter(lambda name: not any(c.isspace() or c == "," for c in name))
 TEXTS = st.just("") | st.text(st.characters(exclude_categories=["Cs"]), max_size=10)
 
@@ -127,7 +133,8 @@ TEXTS = st.just("") | st.text(st.characters(exclude_categories=["Cs"]), max_size
 @st.composite
 def alphabets(draw: st.DrawFn) -> Alphabet:
     names = draw(st.lists(EVENT_NAMES, unique=True, max_size=5))
-    return Alphabet(Event(n, *(draw(st.booleans()) for _ in range(3)), draw(TEXTS)) for n in names)
+    flag = st.booleans()
+    return Alphabet(Event(n, draw(flag), draw(flag), draw(flag), draw(TEXTS)) for n in names)
 
 
 @st.composite
@@ -165,6 +172,7 @@ def content(automaton: Automaton) -> tuple[object, ...]:
     return automaton.name, automaton.meaning, events, states, automaton.initial, [a.tolist() for a in arrays]
 
 
+@settings(deadline=None)  # the first example imports the parsers
 @given(problems(), st.sampled_from(["toml", "json"]))
 def test_reading_what_was_written_gives_the_same_problem(problem: Problem, format: str) -> None:
     again = loads(dumps(problem, format), format)
@@ -174,12 +182,14 @@ def test_reading_what_was_written_gives_the_same_problem(problem: Problem, forma
     assert [content(a) for a in again.specs] == [content(a) for a in problem.specs]
 
 
+@settings(deadline=None)  # the first example imports the parsers
 @given(problems(), st.sampled_from(["toml", "json"]))
 def test_reading_and_writing_once_more_gives_the_same_bytes(problem: Problem, format: str) -> None:
     text = dumps(problem, format)
     assert dumps(loads(text), format) == text
 
 
+@settings(deadline=None)  # the first example imports the parsers
 @given(problems())
 def test_both_formats_carry_the_same_data(problem: Problem) -> None:
     assert tomllib.loads(dumps(problem)) == json.loads(dumps(problem, "json"))

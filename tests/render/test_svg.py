@@ -123,7 +123,7 @@ def test_an_unknown_layout_is_an_error() -> None:
 def test_long_names_are_broken_and_cut_but_whole_in_the_title() -> None:
     name = "|".join(["neutral"] * 30)
     assert all(len(line) <= 20 for line in state_lines(name))
-    assert len(state_lines(name)) == 5
+    assert len(state_lines(name)) == 8
     G = Automaton.from_transitions([(name, "e" * 200, "b")], initial=name)
     root = ET.fromstring(svg(G))
     assert float(root.attrib["width"]) < 600

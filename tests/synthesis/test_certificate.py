@@ -78,7 +78,9 @@ CERTIFICATE = thenar.certificate(thenar.synthesize(glr.problem()))
 @pytest.mark.parametrize(
     "array", ["coords", "reason", "rank", "way", "origin", "sup_offsets", "sup_events", "sup_targets", "sup_marked"]
 )
-def test_a_lie_with_a_right_digest_is_caught_unless_it_is_true(glr_certificate: Path, tmp_path: Path, array: str) -> None:
+def test_a_lie_with_a_right_digest_is_caught_unless_it_is_true(
+    glr_certificate: Path, tmp_path: Path, array: str
+) -> None:
     """Change one number at a time; a certificate that is still accepted must still prove the same supervisor."""
     arrays, header = read(glr_certificate)
     truth = {k: v.copy() for k, v in arrays.items()}

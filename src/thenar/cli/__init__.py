@@ -44,9 +44,8 @@ for command in (
 def main() -> None:
     """Run the command line; every error that is the user's to mend is one message and an exit code."""
     try:
-        cli.main(standalone_mode=False)
-    except click.exceptions.Exit as done:
-        sys.exit(done.exit_code)
+        # outside standalone mode click returns the code of an Exit instead of raising it
+        sys.exit(cli.main(standalone_mode=False) or 0)
     except click.ClickException as error:
         error.show()
         sys.exit(2)

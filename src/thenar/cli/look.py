@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import click
 
@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from thenar.model.automaton import Automaton
     from thenar.model.problem import Problem
     from thenar.model.supervisor import Supervisor
+    from thenar.model.trace import Trace
 
 FORMATS = ("text", "mermaid", "svg")
 
@@ -22,8 +23,16 @@ FORMATS = ("text", "mermaid", "svg")
 @click.option("--format", "format_", type=click.Choice(FORMATS), default="text", show_default=True)
 @click.option("--automaton", metavar="NAME", help="What to show: an automaton of the model, 'plant' or 'supervisor'.")
 @click.option("--after", metavar="TRACE", help="Highlight the way along these events.")
+@click.option("--layout", type=click.Choice(["own", "dot"]), default="own", help="Who places the states of an svg.")
 @click.option("-o", "--output", metavar="OUT", help="Write to OUT instead of standard output.")
-def show(model: tuple[str, ...], format_: str, automaton: str | None, after: str | None, output: str | None) -> None:
+def show(
+    model: tuple[str, ...],
+    format_: str,
+    automaton: str | None,
+    after: str | None,
+    layout: Literal["own", "dot"],
+    output: str | None,
+) -> None:
     """Show a model: its automata as a table, as Mermaid text or as a drawing.
 
     Without --automaton the text form lists the whole problem; drawings need one automaton.
@@ -31,7 +40,8 @@ def show(model: tuple[str, ...], format_: str, automaton: str | None, after: str
     from thenar import io, render
 
     problem = load_problem(model)
-    trace = None if after is None else find_trace(problem.alphabet, after)
+    if output is not None:
+        io.check_writable(output)
     if format_ == "text" and automaton is None:
         text = "\n\n".join([render.table(problem), *(render.table(a) for a in problem.automata)])
     else:
@@ -39,12 +49,13 @@ def show(model: tuple[str, ...], format_: str, automaton: str | None, after: str
             names = ", ".join([*(a.name for a in problem.automata), "plant", "supervisor"])
             raise InputError(f"a drawing shows one automaton; choose with --automaton: {names}")
         chosen = _choose(problem, automaton or problem.automata[0].name)
+        path = None if after is None else _seen_by(chosen, find_trace(problem.alphabet, after))
         if format_ == "text":
             text = render.table(chosen)
         elif format_ == "svg":
-            text = render.svg(chosen, path=trace)
+            text = render.svg(chosen, path=path, layout=layout)
         else:
-            text = render.mermaid(chosen, path=trace)
+            text = render.mermaid(chosen, path=path)
     if output is None:
         say(text)
     else:
@@ -60,6 +71,15 @@ def _choose(problem: Problem, name: str) -> Automaton | Supervisor:
     if name == "supervisor":
         return synthesize(problem).supervisor
     return problem.automaton(name)
+
+
+def _seen_by(chosen: Automaton | Supervisor, trace: Trace) -> Trace:
+    """Return the events of a trace of the whole model that the chosen automaton takes part in."""
+    from thenar.model.supervisor import Supervisor
+    from thenar.model.trace import Trace
+
+    alphabet = (chosen.automaton if isinstance(chosen, Supervisor) else chosen).alphabet
+    return Trace(e for e in trace if e in alphabet)
 
 
 @click.command()

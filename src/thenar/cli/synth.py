@@ -9,6 +9,7 @@ import click
 from thenar.cli.common import as_json, limits, load_problem, make_limits, models, print_json, progress, say
 
 if TYPE_CHECKING:
+    from thenar.model.limits import Progress
     from thenar.model.problem import Problem
     from thenar.model.trace import Check
     from thenar.synthesis.api import SynthesisResult
@@ -37,15 +38,18 @@ def synth(
     from thenar.synthesis.certificate import certificate
 
     problem = load_problem(model)
+    for path in (output, certificate_):
+        if path is not None:
+            io.check_writable(path)
     if output is not None:
-        io.check_output(output)
+        io.format_by_ending(output)
     with progress() as show:
         result = synthesize(problem, engine, limits=make_limits(**bounds), progress=show)
         supervisor = result.supervisor.automaton
         # not taken on trust: checked again on the result, as the properties of any automaton are
-        controllable = bool(is_controllable(supervisor, problem.plants))
+        controllable = bool(is_controllable(supervisor, problem.plants, progress=show))
         nonblocking = bool(is_nonblocking(supervisor))
-        plant = result.plant
+        plant = _plant_size(problem, result, show)
     if certificate_ is not None:
         io.atomic_write(certificate_, certificate(result))
     if output is not None and result:
@@ -53,7 +57,7 @@ def synth(
     if json_:
         print_json(
             {
-                "plant": {"states": plant.n_states, "transitions": plant.n_transitions},
+                "plant": {"states": plant[0], "transitions": plant[1]},
                 "supervisor": {"states": supervisor.n_states, "transitions": supervisor.n_transitions},
                 "controllable": controllable,
                 "nonblocking": nonblocking,
@@ -63,17 +67,43 @@ def synth(
             }
         )
     else:
-        _report(problem, result, output if result else None, certificate_)
+        _report(problem, result, plant, output if result else None, certificate_)
     if not result:
         raise click.exceptions.Exit(1)
 
 
-def _report(problem: Problem, result: SynthesisResult, output: str | None, certificate_: str | None) -> None:
-    plant, supervisor = result.plant, result.supervisor
+def _plant_size(
+    problem: Problem, result: SynthesisResult, show: Progress | None
+) -> tuple[int, int] | tuple[None, None]:
+    """Return the states and transitions of the plants' product; None where counting them would dwarf the synthesis."""
+    from thenar.errors import LimitReached
+    from thenar.explicit.products import sync
+    from thenar.model.limits import Limits
+
+    explored = result.evidence.n_states if result.evidence else 0
+    try:
+        plant = sync(*problem.plants, limits=Limits(states=max(4 * explored, 1_000_000)), progress=show)
+    except LimitReached:
+        return None, None
+    return plant.n_states, plant.n_transitions
+
+
+def _report(
+    problem: Problem,
+    result: SynthesisResult,
+    plant: tuple[int, int] | tuple[None, None],
+    output: str | None,
+    certificate_: str | None,
+) -> None:
+    def sizes(what: str, states: int | None, transitions: int | None) -> None:
+        counted = "not counted: too large" if states is None else f"{states:>12,} states {transitions:>12,} transitions"
+        say(f"  {what:<11} {counted}")
+
+    supervisor = result.supervisor
     say(str(problem))
-    say(f"  plant       {plant.n_states:>12,} states {plant.n_transitions:>12,} transitions")
+    sizes("plant", *plant)
     if result:
-        say(f"  supervisor  {supervisor.n_states:>12,} states {supervisor.n_transitions:>12,} transitions")
+        sizes("supervisor", supervisor.n_states, supervisor.n_transitions)
         say(f"  {len(supervisor.disabled):,} disablements; {result.engine} engine, {1000 * result.seconds:.1f} ms")
     else:
         say(str(result.reason))
@@ -151,8 +181,8 @@ def verify(file: str, model: tuple[str, ...], json_: bool) -> None:
     if holds and model and not is_about(*read(file), load_problem(model)):
         holds, reason = False, f"the certificate is about another problem than {' '.join(model)}"
     if json_:
-        sizes = {"states": verdict.states, "transitions": verdict.transitions}
-        print_json({"holds": holds, "reason": reason, "problem": verdict.problem, "supervisor": sizes})
+        supervisor = {"states": verdict.states, "transitions": verdict.transitions}
+        print_json({"holds": holds, "reason": reason, "problem": verdict.problem, "supervisor": supervisor})
     elif holds:
         say(f"{file}: proved: {reason}")
         sizes = f"{verdict.states:,} states, {verdict.transitions:,} transitions"

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from thenar.io.files import atomic_write
+from thenar.io.files import atomic_write, check_writable
+from thenar.io.parse import format_by_ending
 from thenar.io.read import load, loads
 from thenar.io.write import dumps, save
 
-__all__ = ["atomic_write", "dumps", "json_schema", "load", "loads", "save"]
+__all__ = ["atomic_write", "check_writable", "dumps", "format_by_ending", "json_schema", "load", "loads", "save"]
 
 
 def json_schema() -> dict[str, Any]:

@@ -40,9 +40,7 @@ class Checked:
     file: ModelFile = field(default_factory=ModelFile)
     complaints: list[Complaint] = field(default_factory=list)
     broken: set[KeyPath] = field(default_factory=set)  # what breaks the schema
-    written: dict[KeyPath, str | int] = field(
-        default_factory=dict
-    )  # keys that are written otherwise than they are meant
+    written: dict[KeyPath, str | int] = field(default_factory=dict)  # how a misspelt key stands in the text
 
     def complain(self, path: KeyPath, what: str) -> None:
         """Note that ``path`` makes no sense, unless it breaks the schema already."""
@@ -126,10 +124,9 @@ def _sentence(path: KeyPath, kind: str, data: Any, format: Format) -> str:
     if path[0] == "automata" and path[2:3] == ("transitions",) and len(path) == 4:
         return f"expected 'state -event-> state' or ['state', 'event', 'state'], found {found}"
     expected = _EXPECTED.get(kind, _TABLE[format])
-    way_out = (
-        f"; write [{json.dumps(value, ensure_ascii=False)}]" if expected == "a list" and isinstance(value, str) else ""
-    )
-    return f"expected {expected}, found {found}{way_out}"
+    if expected == "a list" and isinstance(value, str):
+        found += f"; write [{json.dumps(value, ensure_ascii=False)}]"
+    return f"expected {expected}, found {found}"
 
 
 def _unknown_key(path: KeyPath, data: Any, format: Format) -> str:
@@ -155,14 +152,18 @@ def _in_words(value: Any, format: Format) -> str:
     if isinstance(value, dict):
         return _TABLE[format]
     if isinstance(value, list):
-        is_plain = len(value) <= 3 and not any(isinstance(item, list | dict) for item in value)
-        text = json.dumps(value, ensure_ascii=False, default=str) if is_plain else ""
-        return text if 0 < len(text) <= _LONGEST_SHOWN else f"a list of {len(value)}"
+        if len(value) > 3 or any(isinstance(item, list | dict) for item in value):
+            return f"a list of {len(value)}"
+        items = [json.dumps(x, ensure_ascii=False) if isinstance(x, str) else _in_words(x, format) for x in value]
+        text = f"[{', '.join(items)}]"
+        return text if len(text) <= _LONGEST_SHOWN else f"a list of {len(value)}"
     if value is None or isinstance(value, bool):
         return json.dumps(value)
     if isinstance(value, str):
         return f"the text {value!r}" if len(value) <= _LONGEST_SHOWN else "a long text"
-    return f"{value}" if isinstance(value, float) or (isinstance(value, int) and abs(value) < 10**15) else "a number"
+    if isinstance(value, int | float):
+        return "a long number" if abs(value) >= 1e15 else f"{value}"
+    return "a date or time"
 
 
 # -- mending -----------------------------------------------------------------------------------------------
@@ -193,7 +194,9 @@ def _mend(path: KeyPath, data: Any) -> None:
         case ["automata", name, "initial"]:
             automata[name]["initial"] = "\0"
         case ["automata", name, "transitions", int(k)]:
-            automata[name]["transitions"][k] = ""
+            wrong = automata[name]["transitions"][k]
+            words = [word for word in wrong if isinstance(word, str)] if isinstance(wrong, list) else []
+            automata[name]["transitions"][k] = " ".join(words)  # the states in it are no others' mistakes
         case ["automata", name, str(key), int(k)]:
             automata[name][key][k] = f"\0{k}"
         case [*_, key]:

@@ -12,7 +12,7 @@ from typing import BinaryIO
 
 from thenar.errors import InputError, did_you_mean
 
-__all__ = ["MAX_BYTES", "atomic_write", "read_bytes", "read_stdin"]
+__all__ = ["MAX_BYTES", "atomic_write", "check_writable", "read_bytes", "read_stdin"]
 
 MAX_BYTES = 256 * 2**20  # bytes; some millions of transitions, and what a parser still holds in memory
 _CHUNK = 2**20  # bytes read at a time, so that a stream without end stops soon after the limit
@@ -70,6 +70,22 @@ def atomic_write(path: str | os.PathLike[str], data: bytes | str) -> None:
             _replace(target, content)
     except (OSError, ValueError) as error:
         raise InputError(f"{path}: cannot be written: {_reason(error)}") from error
+
+
+def check_writable(path: str | os.PathLike[str]) -> None:
+    """Raise InputError if ``path`` can hardly be written: to be asked before the work whose result goes there.
+
+    >>> check_writable("nowhere/lamp.toml")
+    Traceback (most recent call last):
+    thenar.errors.InputError: nowhere/lamp.toml: cannot be written: there is no folder 'nowhere'
+    """
+    target = Path(path)
+    if target.is_dir():
+        raise InputError(f"{path}: cannot be written: it is a folder")
+    if not target.parent.is_dir():
+        raise InputError(f"{path}: cannot be written: there is no folder {str(target.parent)!r}")
+    if not os.access(target if target.exists() else target.parent, os.W_OK):
+        raise InputError(f"{path}: cannot be written: no permission")
 
 
 def _replace(target: Path, content: bytes) -> None:

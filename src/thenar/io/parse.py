@@ -158,7 +158,7 @@ def open_document(path: str | os.PathLike[str]) -> Document:
 
 def sniff(text: str) -> Format:
     """Tell the format of ``text``: JSON begins with a brace, TOML cannot."""
-    return "json" if text.lstrip("\ufeff \t\r\n").startswith("{") else "toml"
+    return "json" if text.lstrip().startswith("{") else "toml"
 
 
 def format_by_ending(path: str | os.PathLike[str]) -> Format:

@@ -16,6 +16,8 @@ from thenar.model.problem import Problem
 
 __all__ = ["load", "loads"]
 
+_UNREAD = 100  # unreadable transitions searched for state names; a file with more has other troubles
+
 if TYPE_CHECKING:
     from thenar.io.check import Checked
 
@@ -61,6 +63,7 @@ def loads(text: str, format: str | None = None, source: str = "<string>") -> Pro
     Traceback (most recent call last):
     thenar.errors.ModelError: <string>:6: automaton 'PAD', marked state 1: unknown state 'dri'; did you mean 'dry'?
     """
+    text = text.removeprefix("\ufeff")
     return _problem([Document(source, sniff(text) if format is None else format_by_name(format), text)])
 
 
@@ -134,18 +137,20 @@ def _parts(sources: Sequence[Checked], known: Alphabet) -> dict[str, Parts]:
                 source.complain(("automata", name), f"already given in {home[name]}; rename one of the two")
             home[name] = source.document.source
             parts[name] = Parts(table.transitions, table.initial, table.marked, table.alphabet, table.states or None)
-            for path, what in _complaints(parts[name], known, unknown_event):
+            for path, what in _complaints(parts[name], table.transitions, known, unknown_event):
                 if not what.startswith(said_already):
                     source.complain(("automata", name, *path), what)
     return parts
 
 
-def _complaints(parts: Parts, known: Alphabet, unknown_event: Unknown) -> list[Complaint]:
+def _complaints(
+    parts: Parts, transitions: Sequence[object], known: Alphabet, unknown_event: Unknown
+) -> list[Complaint]:
     wrong = check_parts(parts, known, unknown_event)
-    if parts.complaints and parts.declared is None:
-        # a state may be mentioned only in a transition that could not be read
-        wrong = [(path, what) for path, what in wrong if path[0] != "marked"]
-    return parts.complaints + wrong
+    # a marked state may be mentioned only in a transition that could not be read; then it is not unknown
+    unread = "\n".join(str(transitions[k]) for (_, k), _ in parts.complaints[:_UNREAD] if isinstance(k, int))
+    known_later = {("marked", k) for k, state in enumerate(parts.marked) if unread and state in unread}
+    return parts.complaints + [(path, what) for path, what in wrong if path not in known_later]
 
 
 def _missing(sources: Sequence[Checked], parts: Mapping[str, Parts]) -> list[Mistake]:

@@ -14,8 +14,8 @@ __all__ = ["assign_x", "settle"]
 
 Pair = tuple[int, int]
 
-_WIDE_ENOUGH = 800.0  # px; in a dense graph straight edges cost more room than they are worth:
-_TOO_WIDE = 1.7  # times what the widest row needs
+_WIDE_ENOUGH = 1200.0  # px; in a dense graph straight edges cost more room than they are worth:
+_TOO_WIDE = 2.7  # times what the widest row needs
 _DAMPING = 0.6  # < 1, or two columns that attract each other would trade places for ever
 
 

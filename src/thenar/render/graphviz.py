@@ -36,7 +36,8 @@ def graphviz_or_own(scene: Scene, time_limit: float = TIME_LIMIT) -> Layout:
         return _read(scene, json.loads(answer.stdout))
     except subprocess.TimeoutExpired:
         return replace(layered(scene), engine=f"own (dot took longer than {time_limit:g} s)")
-    except (OSError, subprocess.CalledProcessError, ValueError, TypeError, AttributeError, LookupError):  # of any dot
+    # other versions may answer in ways unknown to _read
+    except (OSError, subprocess.CalledProcessError, ValueError, TypeError, AttributeError, LookupError):
         return replace(layered(scene), engine="own (dot failed)")
 
 

@@ -58,7 +58,7 @@ def _em(c: str) -> float:
     return 1.0 if unicodedata.east_asian_width(c) in "WF" else _EM_UPPER
 
 
-def state_lines(name: str, columns: int = 20, most: int = 5) -> tuple[str, ...]:
+def state_lines(name: str, columns: int = 20, most: int = 8) -> tuple[str, ...]:
     """Break a state name into up to ``most`` lines of about ``columns`` characters; the rest becomes "…".
 
     >>> state_lines("idle|neutral|approached_from_the_left")

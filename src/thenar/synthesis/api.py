@@ -12,7 +12,6 @@ import numpy as np
 
 from thenar.errors import InputError, did_you_mean
 from thenar.explicit.kernel import Exploration, Extract, ticker
-from thenar.explicit.products import sync
 from thenar.model.automaton import Automaton
 from thenar.model.display import Displayable
 from thenar.model.limits import Limits, Progress
@@ -60,11 +59,6 @@ class SynthesisResult(Displayable):
         from thenar.synthesis.explain import explain_empty
 
         return None if self else explain_empty(self)
-
-    @cached_property
-    def plant(self) -> Automaton:
-        """The synchronous product of the plants, built when asked for."""
-        return sync(*self.problem.plants)
 
     def __repr__(self) -> str:
         title = f"SynthesisResult {self.problem.name!r}" if self.problem.name else "SynthesisResult"

@@ -93,7 +93,7 @@ def explain_disabled(
 
     >>> from thenar.library.classics import small_factory
     >>> print(explain_disabled(synthesize(small_factory()), "start_2"))
-    In the initial state start_2 is disabled: BUFFER (...) forbids start_2 in its state 'empty'.
+    In the initial state the event start_2 is disabled: BUFFER (...) forbids start_2 in its state 'empty'.
     """
     result.problem.alphabet.index(event)
     evidence, trace = _evidence(result), _trace(result, after, state)
@@ -172,11 +172,11 @@ def _why(result: SynthesisResult, evidence: Exploration, x: int, trace: Trace, e
         )
     against = _violations((event, s, q) for s, q in parts[n_plants:] if not allows(s, q, event))
     if against:
-        lead, why = f"{here} {event} is disabled: ", f"{_listed(against)}."
+        lead, why = f"{here} the event {event} is disabled: ", f"{_listed(against)}."
         return Explanation("forbidden", lead, why, trace, event, violations=against, enabled=enabled)
     if reason[row[event]] == SURVIVES:
-        return Explanation("enabled", f"{here} {event} is enabled", ".", trace, event, enabled=enabled)
-    lead = f"{here} {event} is disabled: if it happened, "
+        return Explanation("enabled", f"{here} the event {event} is enabled", ".", trace, event, enabled=enabled)
+    lead = f"{here} the event {event} is disabled: if it happened, "
     return replace(_consequence(result, evidence, row[event], trace, lead), event=event, enabled=enabled)
 
 

@@ -13,23 +13,27 @@ from thenar.model.problem import Problem
 __all__ = ["chain", "small_factory", "transfer_line"]
 
 
-def small_factory(n: int = 2) -> Problem:
-    """Return Wonham's small factory: ``n`` machines that may break down, unit buffers between them.
+def small_factory(n: int = 2, *, repair_priority: bool = False) -> Problem:
+    """Return Wonham's small factory: ``n`` machines that may break down, with unit buffers between them.
 
     Machine i takes a workpiece from buffer i-1, works, and puts it into buffer i; while it works it may break
-    down, and then waits for its repair.  It can be kept from starting and from being repaired, but finishing
-    and breaking down just happen.  A buffer must neither overflow nor underflow, and while the last machine is
-    down no other is repaired.
+    down, and then it waits for its repair.  Its start and its repair can be held back; that it finishes, or
+    breaks down, just happens.  No buffer may overflow or underflow.
 
-    The book has n = 2, with a supervisor of 12 states and 25 transitions.  For other n there are 3·4ⁿ⁻¹ states
-    (found by computation up to n = 8, not proved).   [Wonham and Cai 2019, sec. 4.4]
+    With ``repair_priority`` also the book's second specification holds: while the last machine is down, no
+    other is repaired.  It forbids transitions, but makes no state unreachable.
 
-    Raises InputError if ``n`` is less than 1 (a lone machine has no specification).
+    For n = 2 the supervisor has 12 states and 25 transitions, with repair priority 24; in general there are
+    3·4ⁿ⁻¹ states (computed up to n = 8, not proved).   [Wonham and Cai 2019, sec. 4.4]
+
+    Raises InputError if ``n`` is less than 1.
 
     >>> small_factory()
-    Problem 'small_factory(2)': 2 plants, 2 specs, 8 events (4 uncontrollable)
+    Problem 'small_factory(2)': 2 plants, 1 spec, 8 events (4 uncontrollable)
     >>> print(*small_factory().automaton("BUFFER1").transitions())
     ('empty', 'finish_1', 'full') ('full', 'start_2', 'empty')
+    >>> small_factory(3, repair_priority=True).specs[-1].meaning
+    'while machine 3 is down no other machine is repaired'
     """
     check_count("small_factory", "n", n, least=1, things="machines")
     numbers = range(1, n + 1)
@@ -37,8 +41,7 @@ def small_factory(n: int = 2) -> Problem:
         event
         for i in numbers
         for event in (
-            Event(f"start_{i}", meaning=f"machine {i} takes a workpiece and starts to work"),
-            Event(f"finish_{i}", controllable=False, meaning=f"machine {i} finishes and passes the workpiece on"),
+            *_work(i),
             Event(f"break_{i}", controllable=False, meaning=f"machine {i} breaks down and discards the workpiece"),
             Event(f"repair_{i}", meaning=f"machine {i} is repaired"),
         )
@@ -58,8 +61,8 @@ def small_factory(n: int = 2) -> Problem:
     ]
     return Problem(
         machines,
-        [*_unit_buffers(n, events), _repair_priority(n, events)] if n > 1 else [],
-        name=f"small_factory({n})",
+        [*_unit_buffers(n, events), *([_repair_priority(n, events)] if repair_priority and n > 1 else [])],
+        name=f"small_factory({n}, repair_priority=True)" if repair_priority else f"small_factory({n})",
         alphabet=events,
         description="Machines that may break down work one after the other, with unit buffers between them.",
     )
@@ -68,8 +71,8 @@ def small_factory(n: int = 2) -> Problem:
 def chain(n: int) -> Problem:
     """Return ``n`` two-state machines in series with n - 1 unit buffers, the smallest of all production lines.
 
-    The machines of :func:`small_factory` that never break down.  The supervisor has 2·3ⁿ⁻¹ states (found by
-    computation up to n = 12, not proved), so that the family shows how an algorithm grows.
+    The machines of :func:`small_factory` that never break down.  The supervisor has 2·3ⁿ⁻¹ states (computed up to
+    n = 12, not proved): a family to see how an algorithm grows.
 
     Raises InputError if ``n`` is less than 1.
 
@@ -78,14 +81,7 @@ def chain(n: int) -> Problem:
     """
     check_count("chain", "n", n, least=1, things="machines")
     numbers = range(1, n + 1)
-    events = Alphabet(
-        event
-        for i in numbers
-        for event in (
-            Event(f"start_{i}", meaning=f"machine {i} takes a workpiece and starts to work"),
-            Event(f"finish_{i}", controllable=False, meaning=f"machine {i} finishes and passes the workpiece on"),
-        )
-    )
+    events = Alphabet(event for i in numbers for event in _work(i))
     return Problem(
         [_machine(f"MACHINE{i}", f"start_{i}", f"finish_{i}", events) for i in numbers],
         _unit_buffers(n, events),
@@ -150,6 +146,13 @@ def transfer_line(m: int = 1) -> Problem:
         alphabet=events,
         description="Two machines and a test unit, linked by buffers; what the test rejects is worked again.",
     )
+
+
+def _work(i: int) -> list[Event]:
+    return [
+        Event(f"start_{i}", meaning=f"machine {i} takes a workpiece and starts to work"),
+        Event(f"finish_{i}", controllable=False, meaning=f"machine {i} finishes and passes the workpiece on"),
+    ]
 
 
 def _repair_priority(n: int, events: Alphabet) -> Automaton:

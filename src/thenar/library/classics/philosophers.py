@@ -19,8 +19,8 @@ def dining(n: int) -> Problem:
     from doing so, only because that state is blocking.
 
     Fork i lies on the left of philosopher i.  The supervisor has Q(n) - 1 states with the Pell-Lucas numbers
-    Q(0) = Q(1) = 2, Q(k) = 2 Q(k-1) + Q(k-2) (found by computation up to n = 12, not proved): 13 for three
-    philosophers, 33 for four.   [Dijkstra 1971, Hierarchical ordering of sequential processes]
+    Q(0) = Q(1) = 2, Q(k) = 2 Q(k-1) + Q(k-2) (computed up to n = 12, not proved): 13 for three philosophers, 33
+    for four.   [Dijkstra 1971, Hierarchical ordering of sequential processes]
 
     Raises InputError if ``n`` is less than 2.
 

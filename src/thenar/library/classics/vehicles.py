@@ -83,7 +83,12 @@ def agv() -> Problem:
 
     >>> agv()
     Problem 'agv': 5 plants, 8 specs, 26 events (16 uncontrollable)
-    >>> print(*agv().automaton("AGV5").transitions())
+    >>> for transition in agv().automaton("AGV5").transitions():
+    ...     print(*transition)
+    parked A5_leave_park Z4_empty
+    Z4_empty A5_load_WS1 WS1
+    WS1 A5_enter_Z4 Z4_loaded
+    Z4_loaded A5_deliver_CPS parked
     """
     legs = sorted(((leg.label, i, leg) for i, tour in TOURS.items() for leg in tour), key=lambda entry: entry[0])
     events = Alphabet(

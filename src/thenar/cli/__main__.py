@@ -1,0 +1,5 @@
+"""``python -m thenar.cli``: the command line without its launcher."""
+
+from thenar.cli import main
+
+main()

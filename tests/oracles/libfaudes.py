@@ -1,0 +1,160 @@
+"""libFAUDES (pip ``faudes``), taught our automata: what it answers, in our terms.
+
+libFAUDES has explicit alphabets, and controllability by event, so little needs mapping.  Its synthesis wants
+one alphabet for plant and specification: a specification is self-looped with the events that it does not know
+(libFAUDES's inverse projection), and so is the plant with those that only specifications know.  An automaton
+without states is a generator without initial state.  State numbers are libFAUDES's own, in no order to rely on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from functools import reduce
+from importlib.util import find_spec
+from operator import or_
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.oracles.worker import isolated
+
+from thenar.model.automaton import Automaton
+from thenar.model.events import Alphabet
+
+if find_spec("faudes") is None:
+    pytest.skip("libFAUDES is not installed: pip install faudes", allow_module_level=True)
+
+Automata = Automaton | Iterable[Automaton]
+
+
+@isolated
+def sync(*automata: Automaton) -> Automaton:
+    """Return libFAUDES's parallel composition."""
+    return _read(_parallel(automata), _alphabet(automata))
+
+
+@isolated
+def trim(automaton: Automaton) -> Automaton:
+    """Return libFAUDES's trim."""
+    generator = _create(automaton)
+    _faudes().Trim(generator)
+    return _read(generator, automaton.alphabet)
+
+
+@isolated
+def supcon(plants: Automata, specs: Automata = ()) -> Automaton:
+    """Return libFAUDES's SupCon."""
+    plants, specs = _several(plants), _several(specs)
+    alphabet = _alphabet([*plants, *specs])
+    controllable = _event_set(e.name for e in alphabet if e.controllable)
+    result = _faudes().Generator()
+    _faudes().SupCon(_lifted(plants, alphabet), controllable, _lifted(specs, alphabet), result)
+    return _read(result, alphabet)
+
+
+@isolated
+def is_controllable(spec: Automaton, plants: Automata) -> bool:
+    """Return libFAUDES's IsControllable."""
+    plants = _several(plants)
+    alphabet = _alphabet([*plants, spec])
+    controllable = _event_set(e.name for e in alphabet if e.controllable)
+    return bool(_faudes().IsControllable(_lifted(plants, alphabet), controllable, _lifted([spec], alphabet)))
+
+
+@isolated
+def is_nonconflicting(*automata: Automaton) -> bool:
+    """Return whether libFAUDES finds the parallel composition nonblocking."""
+    return bool(_faudes().IsNonblocking(_parallel(automata)))
+
+
+@isolated
+def project(automaton: Automaton, events: Iterable[str]) -> Automaton:
+    """Return libFAUDES's project."""
+    seen = automaton.alphabet.restrict(events)
+    result = _faudes().Generator()
+    _faudes().Project(_create(automaton), _event_set(seen.names), result)
+    return _read(result, seen)
+
+
+@isolated
+def minimize(automaton: Automaton) -> Automaton:
+    """Return libFAUDES's StateMin."""
+    result = _faudes().Generator()
+    _faudes().StateMin(_create(automaton), result)
+    return _read(result, automaton.alphabet)
+
+
+def _faudes() -> Any:
+    import faudes
+
+    faudes.StateNamesOff()  # names of product states cost more than the product
+    return faudes
+
+
+def _alphabet(automata: Iterable[Automaton]) -> Alphabet:
+    return reduce(or_, (a.alphabet for a in automata), Alphabet())
+
+
+def _event_set(names: Iterable[str]) -> Any:
+    events = _faudes().NameSet()
+    for name in names:
+        events.Insert(name)
+    return events
+
+
+def _create(automaton: Automaton) -> Any:
+    generator = _faudes().Generator()
+    for e in automaton.alphabet.names:
+        generator.InsEvent(e)
+    index = [generator.EventIndex(e) for e in automaton.alphabet.names]
+    number = [generator.InsState() for _ in range(automaton.n_states)]
+    for q in range(automaton.n_states):
+        if automaton.marked[q]:
+            generator.SetMarkedState(number[q])
+        for e, t in automaton.row(q):
+            generator.SetTransition(number[q], index[e], number[t])
+    if number:
+        generator.SetInitState(number[automaton.initial])
+    return generator
+
+
+def _parallel(automata: Iterable[Automaton]) -> Any:
+    """Return the parallel composition; of no automata, one marked state over no events."""
+    faudes = _faudes()
+    product = faudes.Generator()
+    product.SetMarkedState(product.InsInitState())
+    for automaton in automata:
+        wider = faudes.Generator()
+        faudes.Parallel(product, _create(automaton), wider)
+        product = wider
+    return product
+
+
+def _lifted(automata: list[Automaton], alphabet: Alphabet) -> Any:
+    product = _parallel(automata)
+    _faudes().InvProject(product, _event_set(alphabet.names))
+    return product
+
+
+def _read(generator: Any, alphabet: Alphabet) -> Automaton:
+    """Return a generator as an automaton, states by their rank in libFAUDES, the initial one first."""
+    states, _, transitions, initial, marked = generator.ToLists()
+    if not initial:
+        return Automaton.empty(alphabet)
+    order = [*initial, *(q for q in states if q not in initial)]
+    number = {q: k for k, q in enumerate(order)}
+    rows: list[list[tuple[int, int]]] = [[] for _ in order]
+    for source, event, target in transitions:
+        rows[number[source]].append((alphabet.index(event), number[target]))
+    moves = [sorted(row) for row in rows]
+    return Automaton.from_arrays(
+        alphabet,
+        np.cumsum([0, *(len(row) for row in moves)]),
+        [e for row in moves for e, _ in row],
+        [t for row in moves for _, t in row],
+        marked=np.isin(order, marked),
+    )
+
+
+def _several(automata: Automata) -> list[Automaton]:
+    return [automata] if isinstance(automata, Automaton) else list(automata)

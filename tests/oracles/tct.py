@@ -1,0 +1,223 @@
+"""The real TCT (pip ``pitct``), taught our automata: what it answers, in our terms and in its numbering.
+
+How the two worlds are mapped onto each other:
+
+* Labels.  Event k of the common alphabet is 2k + 1 if it is controllable, else 2k + 2.  The order is kept, and
+  so TCT numbers states as we do.
+* Alphabets.  TCT has none: it knows the events that occur in some transition.  An event that an automaton has
+  in its alphabet and never does would not be blocked by TCT's sync; so it is looped at an extra state that
+  nothing leads to, which TCT sees, and drops from every result.
+* Specifications.  TCT's supcon, condat and nonconflict have one alphabet for all.  So each specification is
+  self-looped with the events that it does not know; the legal language is TCT's meet of them, the plant TCT's
+  sync.
+* Events of specifications alone.  No plant hinders them: a one-state automaton that loops them joins the plants.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from functools import reduce
+from importlib.util import find_spec
+from operator import or_
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import pytest
+from tests.oracles.worker import isolated
+
+from thenar.model.automaton import Automaton
+from thenar.model.events import Alphabet
+from thenar.model.supervisor import Supervisor
+
+if find_spec("pitct") is None:
+    pytest.skip("TCT is not installed: pip install pitct", allow_module_level=True)
+
+Automata = Automaton | Iterable[Automaton]
+
+
+@isolated
+def sync(*automata: Automaton) -> Automaton:
+    """Return TCT's sync."""
+    with _session(*automata) as tct:
+        return tct.read(tct.sync(automata))
+
+
+@isolated
+def meet(*automata: Automaton) -> Automaton:
+    """Return TCT's meet: an event happens in all automata at once, or not at all."""
+    with _session(*automata) as tct:
+        return tct.read(tct.do("meet", *(tct.create(a) for a in automata)))
+
+
+@isolated
+def trim(automaton: Automaton) -> Automaton:
+    """Return TCT's trim."""
+    with _session(automaton) as tct:
+        return tct.read(tct.do("trim", tct.create(automaton)))
+
+
+@isolated
+def supcon(plants: Automata, specs: Automata = ()) -> Automaton:
+    """Return TCT's supcon of the sync of ``plants`` and the meet of ``specs``."""
+    plants, specs = _several(plants), _several(specs)
+    with _session(*plants, *specs) as tct:
+        return tct.read(tct.do("supcon", tct.plant(plants), tct.legal(specs)))
+
+
+@isolated
+def is_controllable(spec: Automaton, plants: Automata) -> bool:
+    """Return the verdict of TCT's condat."""
+    plants = _several(plants)
+    with _session(*plants, spec) as tct:
+        return tct.condat(tct.plant(plants), tct.legal([spec]))[0]
+
+
+@isolated
+def condat(plants: Automata, automaton: Automaton) -> Supervisor:
+    """Return ``automaton`` with the controllable events that TCT's condat lists as disabled.
+
+    Its initial state must be state 0, as TCT has it.
+    """
+    plants = _several(plants)
+    with _session(*plants, automaton) as tct:
+        _, disabled = tct.condat(tct.plant(plants), tct.legal([automaton]))
+    position = {e.name: k for k, e in enumerate(automaton.alphabet) if e.controllable}
+    rows = [sorted(position[e] for e in disabled.get(q, ()) if e in position) for q in range(automaton.n_states)]
+    offsets = np.cumsum([0, *(len(row) for row in rows)])
+    return Supervisor(automaton, offsets, np.array([k for row in rows for k in row], np.int32))
+
+
+@isolated
+def supreduce(plants: Automata, automaton: Automaton) -> Automaton:
+    """Return TCT's reduction of the supervisor ``automaton``; like any heuristic, one of many."""
+    plants = _several(plants)
+    with _session(*plants, automaton) as tct:
+        plant, supervisor = tct.plant(plants), tct.legal([automaton])
+        tct.do("condat", plant, supervisor, out="DAT")
+        return tct.read(tct.do("supreduce", plant, supervisor, "DAT"))
+
+
+@isolated
+def is_nonconflicting(a: Automaton, b: Automaton) -> bool:
+    """Return TCT's nonconflict."""
+    with _session(a, b) as tct:
+        return tct.tct.nonconflict(tct.legal([a]), tct.legal([b]))
+
+
+@isolated
+def project(automaton: Automaton, events: Iterable[str]) -> Automaton:
+    """Return TCT's project, which is minimal."""
+    seen = automaton.alphabet.restrict(events)
+    with _session(automaton) as tct:
+        erased = [tct.labels[e] for e in automaton.alphabet.names if e not in seen]
+        # pitct calls the argument ``obs``, but it is TCT's list of events to erase
+        return tct.read(tct.do("project", tct.create(automaton), erased), seen)
+
+
+@isolated
+def minimize(automaton: Automaton) -> Automaton:
+    """Return TCT's minstate."""
+    with _session(automaton) as tct:
+        return tct.read(tct.do("minstate", tct.create(automaton)))
+
+
+@isolated
+def complement(automaton: Automaton) -> Automaton:
+    """Return TCT's complement over the alphabet of ``automaton``."""
+    with _session(automaton) as tct:
+        labels = [tct.labels[e] for e in automaton.alphabet.names]
+        return tct.read(tct.do("complement", tct.create(automaton), labels))
+
+
+@isolated
+def is_isomorphic(a: Automaton, b: Automaton) -> bool:
+    """Return TCT's isomorph."""
+    with _session(a, b) as tct:
+        return bool(tct.tct.isomorph(tct.create(a), tct.create(b)))
+
+
+class _Session:
+    """A folder of TCT files over one alphabet."""
+
+    def __init__(self, automata: Iterable[Automaton], folder: str) -> None:
+        import pitct
+
+        self.tct = pitct
+        self.tct.init(folder, overwrite=True)
+        self.alphabet = reduce(or_, (a.alphabet for a in automata), Alphabet())
+        self.labels = {e.name: 2 * k + (1 if e.controllable else 2) for k, e in enumerate(self.alphabet)}
+        self._names = (f"DES{k}" for k in range(10_000))
+
+    def do(self, function: str, *args: object, out: str = "") -> str:
+        """Call a TCT function that writes a file, and return the name of the file."""
+        out = out or next(self._names)
+        getattr(self.tct, function)(out, *args)
+        return out
+
+    def create(self, automaton: Automaton, loops: Iterable[str] = (), silent: bool = False) -> str:
+        """Write ``automaton``, with ``loops`` at every state, and with its ``silent`` events for TCT to see."""
+        # TCT starts in state 0
+        order = [automaton.initial, *(q for q in range(automaton.n_states) if q != automaton.initial)]
+        number = {q: k for k, q in enumerate(order)} if not automaton.is_empty else {}
+        labels = [self.labels[e] for e in automaton.alphabet.names]
+        transitions = [(number[q], labels[e], number[t]) for q in number for e, t in automaton.row(q)]
+        transitions += [(k, self.labels[e], k) for k in number.values() for e in loops]
+        size = len(number)
+        if number and silent and (never := set(labels) - {label for _, label, _ in transitions}):
+            transitions += [(size, label, size) for label in never]
+            size += 1
+        marked = [number[q] for q in number if automaton.marked[q]]
+        return self.do("create", size, transitions, marked)
+
+    def create_loops(self, events: Iterable[str]) -> str:
+        return self.do("create", 1, [(0, self.labels[e], 0) for e in events], [0])
+
+    def sync(self, automata: Iterable[Automaton], *others: str) -> str:
+        return self.do("sync", *(self.create(a, silent=True) for a in automata), *others)
+
+    def plant(self, plants: list[Automaton]) -> str:
+        known = {e for a in plants for e in a.alphabet.names}
+        free = [e for e in self.labels if e not in known]
+        return self.sync(plants, *([self.create_loops(free)] if free else []))
+
+    def legal(self, specs: list[Automaton]) -> str:
+        everything = self.create_loops(self.labels)
+        return self.do(
+            "meet", everything, *(self.create(a, [e for e in self.labels if e not in a.alphabet]) for a in specs)
+        )
+
+    def read(self, name: str, alphabet: Alphabet | None = None) -> Automaton:
+        """Return the automaton in a file; its states are called by TCT's numbers."""
+        alphabet = self.alphabet if alphabet is None else alphabet
+        position = {self.labels[e]: k for k, e in enumerate(alphabet.names)}
+        rows = list(self.tct.des_info(name))
+        moves = [sorted((position[label], target) for label, target in row["next"] or ()) for row in rows]
+        return Automaton.from_arrays(
+            alphabet,
+            np.cumsum([0, *(len(row) for row in moves)]),
+            [e for row in moves for e, _ in row],
+            [target for row in moves for _, target in row],
+            marked=[row["marked"] for row in rows],
+            initial=0 if rows else -1,
+        )
+
+    def condat(self, plant: str, supervisor: str) -> tuple[bool, dict[int, list[str]]]:
+        """Return whether the supervisor is controllable, and the events that it disables in each state."""
+        text = self.tct.printdat("TEXT", self.do("condat", plant, supervisor), convert=False).text
+        head, _, data = text.partition("control data:")
+        event = {label: e for e, label in self.labels.items()}
+        # pitct's own reading of the table loses the third and further events of a state
+        table = re.findall(r"(\d+):((?:\s+\d+(?!\d*:))*)", data)
+        return "NOT CONTROLLABLE" not in head, {int(q): [event[int(x)] for x in row.split()] for q, row in table}
+
+
+@contextmanager
+def _session(*automata: Automaton) -> Iterator[_Session]:
+    with TemporaryDirectory(prefix="tct") as folder:
+        yield _Session(automata, folder)
+
+
+def _several(automata: Automata) -> list[Automaton]:
+    return [automata] if isinstance(automata, Automaton) else list(automata)
