@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import chain
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from thenar.errors import InputError, Mistake, ModelError
@@ -27,7 +28,7 @@ def load(*paths: str | os.PathLike[str]) -> Problem:
 
     Several files make one problem: the events of all of them, in order of first mention, and the automata of
     all of them.  An event declared in one file may be used in each.  The name and the description are the
-    first that a file gives.
+    first that a file gives; without a name the problem is called after the first file.
 
     Raises ModelError with every mistake in the files, each with its file and line; AlphabetClash for an event
     that is, say, controllable in one file and uncontrollable in another; InputError for a file that cannot
@@ -45,13 +46,14 @@ def load(*paths: str | os.PathLike[str]) -> Problem:
     ... transitions = ["dark -on-> lit -off-> dark"]
     ... ''')
     >>> load(file)
-    Problem: 1 plant, 0 specs, 2 events (1 uncontrollable)
+    Problem 'lamp': 1 plant, 0 specs, 2 events (1 uncontrollable)
     """
     if not paths:
         raise InputError("no file to load; name at least one model file, or - for standard input")
     if [str(path) for path in paths].count("-") > 1:
         raise InputError("standard input can be read once only; give - once")
-    return _problem([open_document(path) for path in paths])
+    stems = [Path(path).stem for path in paths if str(path) != "-"]
+    return _problem([open_document(path) for path in paths], _first(stems))
 
 
 def loads(text: str, format: str | None = None, source: str = "<string>") -> Problem:
@@ -67,7 +69,7 @@ def loads(text: str, format: str | None = None, source: str = "<string>") -> Pro
     return _problem([Document(source, sniff(text) if format is None else format_by_name(format), text)])
 
 
-def _problem(documents: Sequence[Document]) -> Problem:
+def _problem(documents: Sequence[Document], otherwise: str = "") -> Problem:
     from thenar.io.check import check  # brings pydantic: needed to read a file, not to import thenar
 
     sources = [check(document, data) for document, data in zip(documents, _data(documents), strict=True)]
@@ -85,7 +87,7 @@ def _problem(documents: Sequence[Document]) -> Problem:
     return Problem(
         built("plant"),
         built("spec"),
-        name=_first(source.file.name for source in sources),
+        name=_first(source.file.name for source in sources) or otherwise,
         alphabet=known,
         description=_first(source.file.description for source in sources),
     )

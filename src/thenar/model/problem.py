@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -52,10 +53,8 @@ class Problem(Displayable):
             if plants
             else [Mistake(where, "no plant; a problem needs at least one automaton that says what can happen")]
         )
-        names = [a.name for a in automata if a.name]
-        mistakes += [
-            Mistake(where, f"two automata are called {n!r}") for n in dict.fromkeys(names) if names.count(n) > 1
-        ]
+        counts = Counter(a.name for a in automata if a.name)
+        mistakes += [Mistake(where, f"two automata are called {n!r}") for n, count in counts.items() if count > 1]
         merged = merge([a.alphabet for a in automata], [a.name or "an automaton without a name" for a in automata])
         if alphabet is not None:
             merge([alphabet, merged], ["the problem's alphabet", "its automata"])

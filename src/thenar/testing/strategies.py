@@ -45,7 +45,7 @@ class _Tape(Random):
         return seq[self.randrange(len(seq))]
 
 
-_TAPES = st.binary(min_size=90, max_size=120).map(_Tape)
+_TAPES = st.binary(min_size=60, max_size=90).map(_Tape)
 
 
 def alphabets(*, max_events: int = 6) -> st.SearchStrategy[Alphabet]:

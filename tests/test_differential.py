@@ -1,0 +1,89 @@
+"""One truth: kernel, slow oracle, the real TCT and libFAUDES agree on random problems."""
+
+from random import Random
+
+import pytest
+
+import thenar
+from tests.oracles import libfaudes, tct
+from thenar.model.problem import Problem
+from thenar.testing import oracle
+from thenar.testing.asserts import assert_isomorphic, assert_same_numbering
+from thenar.testing.random_models import random_automaton, random_problem
+
+PROBLEMS = 600
+BATCH = 50
+OTHERS = 150
+
+
+def batches(total: int) -> list[range]:
+    return [range(k, k + BATCH) for k in range(0, total, BATCH)]
+
+
+@pytest.mark.parametrize("seeds", batches(PROBLEMS), ids=str)
+def test_four_tools_find_the_same_supervisor(seeds: range) -> None:
+    for seed in seeds:
+        problem = random_problem(Random(seed))
+        ours = thenar.supcon(problem.plants, problem.specs)
+        slow = oracle.supcon(problem.plants, problem.specs)
+        assert_isomorphic(ours, slow)
+        assert_same_numbering(ours, tct.supcon(problem.plants, problem.specs))
+        assert_isomorphic(ours, libfaudes.supcon(problem.plants, problem.specs))
+
+
+def test_the_problems_are_of_all_kinds() -> None:
+    """What the random problems would be worth if they were all alike: nothing."""
+    empty = controlled = uncontrollable = blocking = shared = private = 0
+    for seed in range(PROBLEMS):
+        problem = random_problem(Random(seed))
+        result = thenar.synthesize(problem)
+        empty += not result
+        controlled += bool(len(result.supervisor.disabled))
+        uncontrollable += not thenar.is_controllable(problem.specs, problem.plants)
+        blocking += not thenar.is_nonconflicting(*problem.automata)
+        owners = [sum(e.name in p.alphabet for p in problem.plants) for e in problem.alphabet]
+        shared += any(n > 1 for n in owners)
+        private += len(problem.plants) > 1 and 1 in owners
+    rates = {k: v / PROBLEMS for k, v in locals().items() if k in KINDS}
+    assert all(0.08 < rate < 0.92 for rate in rates.values()), rates
+
+
+KINDS = ("empty", "controlled", "uncontrollable", "blocking", "shared", "private")
+
+
+@pytest.mark.parametrize("seeds", batches(OTHERS), ids=str)
+def test_tct_agrees_on_every_operation_that_it_has(seeds: range) -> None:
+    for seed in seeds:
+        problem = random_problem(Random(10_000 + seed))
+        a, *others = problem.automata
+        b = others[0] if others else a
+        assert_same_numbering(thenar.sync(a, b), tct.sync(a, b))
+        assert_same_numbering(thenar.meet(a, b), tct.meet(a, b))
+        assert_isomorphic(thenar.trim(a), tct.trim(a))
+        assert_isomorphic(thenar.minimize(a), tct.minimize(a))
+        assert_isomorphic(thenar.complement(thenar.reachable(a)), tct.complement(thenar.reachable(a)))
+        kept = a.alphabet.names[::2]
+        assert_isomorphic(thenar.minimize(thenar.project(a, kept)), tct.project(a, kept))
+        assert bool(thenar.is_nonconflicting(a, b)) == tct.is_nonconflicting(a, b)
+        compare_control(problem)
+
+
+def compare_control(problem: Problem) -> None:
+    spec = thenar.sync(*problem.specs) if problem.specs else problem.plants[0]
+    assert bool(thenar.is_controllable(spec, problem.plants)) == tct.is_controllable(spec, problem.plants)
+    supervisor = thenar.supcon(problem.plants, problem.specs)
+    if not supervisor.is_empty:
+        ours, theirs = thenar.condat(problem.plants, supervisor), tct.condat(problem.plants, supervisor)
+        for x in range(supervisor.n_states):
+            assert set(ours.pattern(x).disabled) == set(theirs.pattern(x).disabled)
+
+
+@pytest.mark.parametrize("seeds", batches(OTHERS), ids=str)
+def test_minimisation_and_projection_of_larger_automata_are_tcts(seeds: range) -> None:
+    for seed in seeds:
+        rng = Random(20_000 + seed)
+        alphabet = random_problem(rng, max_events=5).alphabet
+        a = thenar.reachable(random_automaton(rng, alphabet, max_states=25))
+        assert_isomorphic(thenar.minimize(a), tct.minimize(a))
+        kept = alphabet.names[: len(alphabet) // 2 + 1]
+        assert_isomorphic(thenar.minimize(thenar.project(a, kept)), tct.project(a, kept))
