@@ -171,6 +171,17 @@ NB_MODULE(kernel, m) {
           },
           "ticker"_a)
       .def(
+          "conflict",
+          [](const PyExploration& x, Ticker& ticker) {
+            std::vector<u8> needed;
+            {
+              nb::gil_scoped_release free;
+              needed = x.self->conflict(ticker);
+            }
+            return give(std::move(needed));
+          },
+          "ticker"_a)
+      .def(
           "row",
           [](const PyExploration& x, u32 state) {
             Scratch scratch;

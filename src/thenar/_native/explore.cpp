@@ -179,6 +179,66 @@ class Explorer final : public Exploration {
 
   const u64* keys() const override { return keys_.size() ? keys_.data()->w : nullptr; }
 
+  std::vector<u8> conflict(Ticker& ticker) const override {
+    std::vector<u8> needed(components_.size());
+    // Note a specification for which `guilty` holds, if possible one that is needed already.
+    auto blame = [&](auto&& guilty) {
+      u64 chosen = components_.size();
+      for (u64 c = 0; c < components_.size(); ++c) {
+        if (components_[c].plant || !guilty(c)) continue;
+        if (needed[c]) return;
+        if (chosen == components_.size()) chosen = c;
+      }
+      needed[chosen] = 1;
+    };
+    Scratch scratch;
+    scratch.plant.resize(product_.event_words());
+    scratch.spec.resize(product_.event_words());
+    Bits seen(n_states());
+    std::vector<u32> stack{0};
+    seen.set(0);
+    auto follow = [&](u32 y) {
+      if (!seen[y]) seen.set(y), stack.push_back(y);
+    };
+    while (!stack.empty()) {
+      const u32 x = stack.back();
+      stack.pop_back();
+      const auto why = static_cast<Reason>(reason[x]);
+      if (why == Reason::uncontrollable) {
+        const u64 end = row_of_[x] + n_free_[x];
+        for (u64 k = row_of_[x]; k < end; ++k)
+          if (const u32 y = targets_[k]; rank[y] >= 0 && rank[y] < rank[x]) {
+            follow(y);
+            break;
+          }
+        continue;
+      }
+      const Key<W>& key = keys_[x];
+      auto at = [&](u64 c) { return key.w[layout_.words[c]] >> layout_.shifts[c] & ((u64{2} << (layout_.bits[c] - 1)) - 1); };
+      product_.enabled(key, scratch.plant.data(), scratch.spec.data());
+      const u64 top = product_.marker() / 64, marker_bit = u64{1} << product_.marker() % 64;
+      const bool plants_marked = scratch.plant[top] & marker_bit;
+      scratch.plant[top] &= ~marker_bit;
+      for (u64 w = 0; w < scratch.plant.size(); ++w) {
+        u64 forbidden = scratch.plant[w] & ~scratch.spec[w];
+        if (why == Reason::illegal) {
+          forbidden &= product_.uncontrollable()[w];
+          forbidden &= -forbidden;  // one event is enough to break a specification
+        }
+        for (; forbidden; forbidden &= forbidden - 1) {
+          const u64 event = w * 64 + static_cast<u64>(std::countr_zero(forbidden));
+          blame([&](u64 c) { return components_[c].own[event] && !defined(components_[c].graph, at(c), event); });
+        }
+      }
+      if (why == Reason::blocking) {
+        if (plants_marked) blame([&](u64 c) { return !components_[c].marked[at(c)]; });
+        for (u64 k = row_of_[x]; k < row_end(x); ++k) follow(targets_[k]);
+      }
+      ticker.tick(row_end(x) - row_of_[x] + 1, n_states(), n_transitions());
+    }
+    return needed;
+  }
+
  protected:
   void disabled(u32 state, const Bits& alive, const Scratch& scratch, std::vector<i32>& out) const override {
     u64 next = row_of_[state] + n_free_[state];
@@ -191,6 +251,10 @@ class Explorer final : public Exploration {
   }
 
  private:
+  static bool defined(const Graph& g, u64 state, u64 event) {
+    return std::binary_search(g.events + g.offsets[state], g.events + g.offsets[state + 1], static_cast<i32>(event));
+  }
+
   std::vector<Component> components_;
   Product<W> product_;
   Buffer<Key<W>> keys_;

@@ -60,6 +60,9 @@ class Exploration {
   // `nonblocking`, states from which no marked state can be reached; until none is left to remove.
   void fixpoint(bool nonblocking, Ticker& ticker);
   Extract extract(Ticker& ticker) const;
+  // After a fixpoint that removes the initial state: for each component 1 if the proof of that needs it (plants: 0).
+  // The specifications that it needs conflict among themselves, though perhaps not minimally.
+  virtual std::vector<u8> conflict(Ticker& ticker) const = 0;
   // A shortest path from `start` to a state of `goal` over states of `inside` (start excepted);
   // false if there is none. `states` includes both ends.
   bool path(u32 start, const u8* goal, const u8* inside, bool uncontrollable_only, std::vector<i32>& events,

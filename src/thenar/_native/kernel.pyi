@@ -67,6 +67,9 @@ class Exploration:
     ]:
         """Offsets, events, targets, marked, product state of each state; disabled offsets and events."""
 
+    def conflict(self, ticker: Ticker) -> NDArray[np.uint8]:
+        """For each component whether the proof that nothing survives needs it; the plants are not counted."""
+
     def row(self, state: int) -> list[tuple[int, int]]: ...
     def path(
         self, start: int, goal: NDArray[np.uint8], inside: NDArray[np.uint8], uncontrollable_only: bool

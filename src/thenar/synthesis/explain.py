@@ -127,8 +127,9 @@ def explain_removed(result: SynthesisResult, after: Iterable[str] | str) -> Expl
 def explain_empty(result: SynthesisResult) -> Explanation:
     """Say why no supervisor exists: specifications that cannot be met together, and the trace that shows it.
 
-    The conflict is minimised by leaving out one specification after the other; these syntheses together may
-    explore as many states as the one that failed (at least 100 000), otherwise ``minimal`` is False.
+    Specifications that the proof in the evidence does not need are left out at once; then one after the other
+    is tried.  These syntheses together may explore as many states as the one that failed (at least 100 000);
+    when that does not suffice ``minimal`` is False.
 
     Raises InputError if a supervisor does exist.
     """
@@ -239,11 +240,15 @@ def _walk(result: SynthesisResult, evidence: Exploration, trace: Trace) -> tuple
 
 
 def _minimal_conflict(result: SynthesisResult) -> tuple[tuple[Automaton, ...], bool]:
-    """Drop specifications one after the other as long as no supervisor exists without them."""
-    problem = result.problem
-    budget = max(_evidence(result).n_states, MIN_BUDGET)
-    needed = list(problem.specs)
-    for spec in reversed(problem.specs):
+    """Return specifications without which the task is not impossible, and whether none of them can be left out.
+
+    Those that the proof in the evidence does not need go at once; then one after the other is tried.
+    """
+    problem, evidence = result.problem, _evidence(result)
+    in_proof = evidence.native.conflict(evidence.tick)[len(problem.plants) :]
+    needed = [s for s, is_needed in zip(problem.specs, in_proof, strict=True) if is_needed]
+    budget = max(evidence.n_states, MIN_BUDGET)
+    for spec in reversed(needed):
         fewer = [s for s in needed if s is not spec]
         try:
             trial = synthesize(_with_specs(problem, fewer), limits=Limits(states=budget))

@@ -24,7 +24,7 @@ class Shape:
     ``controllable`` and ``uncontrollable``: that a state has a transition with such an event;
     ``at_first``: the same for uncontrollable events of the initial state;
     ``onward``: that a state leads on to the next one, the first by a controllable event if there is one;
-    ``marked``: that a state other than the initial one is marked (that one nearly always is).
+    ``marked``: that a state other than the initial one is marked.
     """
 
     controllable: int
@@ -39,6 +39,7 @@ class Shape:
 # empty or trivial.
 PLANT = Shape(controllable=50, uncontrollable=40, at_first=5, onward=85, marked=20)
 SPEC = Shape(controllable=50, uncontrollable=75, at_first=75, onward=90, marked=85)
+UNMARKED_START = 5  # chance in percent that the initial state is not marked
 
 
 def random_alphabet(rng: Random, *, max_events: int = 8) -> Alphabet:
@@ -64,6 +65,7 @@ def random_automaton(
     >>> list(random_automaton(Random(5), Alphabet(["a", "b"])).transitions())
     """
     states = [str(k) for k in range(_many(rng, 1, max_states))]
+    marked = [q for q in states if (_chance(rng, shape.marked) if q != "0" else not _chance(rng, UNMARKED_START))]
     targets: dict[tuple[str, str], str] = {}
     for k, q in enumerate(states):
         for e in alphabet:
@@ -76,7 +78,7 @@ def random_automaton(
     return Automaton.from_transitions(
         [(q, e, target) for (q, e), target in targets.items()],
         initial="0",
-        marked=[q for q in states if _chance(rng, shape.marked if q != "0" else 95)],
+        marked=marked,
         events=alphabet,
         alphabet=alphabet.names,
         states=states,

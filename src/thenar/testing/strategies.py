@@ -48,9 +48,10 @@ class _Tape(Random):
 _TAPES = st.binary(min_size=60, max_size=90).map(_Tape)
 
 
-def alphabets(*, max_events: int = 6) -> st.SearchStrategy[Alphabet]:
-    """Alphabets of 1 to ``max_events`` controllable and uncontrollable events."""
-    return st.lists(st.booleans(), min_size=1, max_size=max_events).map(numbered_alphabet)
+def alphabets(*, min_events: int = 1, max_events: int = 6) -> st.SearchStrategy[Alphabet]:
+    """Alphabets of ``min_events`` to ``max_events`` events, one of three uncontrollable."""
+    uncontrollable = st.sampled_from([False, False, True])
+    return st.lists(uncontrollable, min_size=min_events, max_size=max_events).map(numbered_alphabet)
 
 
 @st.composite
@@ -68,10 +69,10 @@ def automata(
 
 @st.composite
 def problems(
-    draw: st.DrawFn, *, max_events: int = 6, max_plants: int = 3, max_specs: int = 3, max_states: int = 3
+    draw: st.DrawFn, *, max_events: int = 8, max_plants: int = 3, max_specs: int = 3, max_states: int = 4
 ) -> Problem:
     """Control problems like those of :func:`~thenar.testing.random_models.random_problem`."""
-    alphabet = draw(alphabets(max_events=max_events))
+    alphabet = draw(alphabets(min_events=(max_events + 1) // 2, max_events=max_events))
     plants = draw(st.lists(_TAPES, min_size=1, max_size=max_plants))
     specs = draw(st.lists(_TAPES, max_size=max_specs))
     return problem_by_chance(alphabet, plants, specs, max_states=max_states)
