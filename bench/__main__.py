@@ -117,7 +117,9 @@ def small_things(console: Console) -> dict[str, float]:
     problem = thenar.library.glr.problem()
     result = thenar.synthesize(problem)
     simulation = "approach_1, approach_2, align_finger2*, prox_make_C1, unstable_contact_1, prox_breakC_1"
-    blocked = Problem(problem.plants, [*problem.specs, _never("incip_slip*"), _never("apply_loadF*")], alphabet=problem.alphabet)
+    blocked = Problem(
+        problem.plants, [*problem.specs, _never("incip_slip*"), _never("apply_loadF*")], alphabet=problem.alphabet
+    )
 
     def imported() -> float:
         used = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -140,12 +142,16 @@ def small_things(console: Console) -> dict[str, float]:
 
 def _never(event: str) -> Automaton:
     alphabet = thenar.library.glr.EVENTS
-    return Automaton.from_transitions([], initial="q", marked=[], events=alphabet, alphabet=[event], name=f"NEVER_{event}")
+    return Automaton.from_transitions(
+        [], initial="q", marked=[], events=alphabet, alphabet=[event], name=f"NEVER_{event}"
+    )
 
 
 def main() -> None:
     console = Console(width=130 if not sys.stdout.isatty() else None)
-    console.print(f"thenar {thenar.__version__}, Python {platform.python_version()}, {platform.machine()}; CPU seconds, best of several runs")
+    console.print(
+        f"thenar {thenar.__version__}, Python {platform.python_version()}, {platform.machine()}; CPU seconds, best of several runs"
+    )
     run = {"peers": peers(console), "kernel": kernel(console), "milliseconds": small_things(console)}
     RESULTS.mkdir(exist_ok=True)
     path = RESULTS / f"{datetime.now(UTC):%Y-%m-%dT%H%M%S}.json"

@@ -6,6 +6,7 @@ import pytest
 
 import thenar
 from tests.oracles import libfaudes, tct
+from thenar.model.automaton import Automaton
 from thenar.model.problem import Problem
 from thenar.testing import oracle
 from thenar.testing.asserts import assert_isomorphic, assert_same_numbering
@@ -27,8 +28,30 @@ def test_four_tools_find_the_same_supervisor(seeds: range) -> None:
         ours = thenar.supcon(problem.plants, problem.specs)
         slow = oracle.supcon(problem.plants, problem.specs)
         assert_isomorphic(ours, slow)
-        assert_same_numbering(ours, tct.supcon(problem.plants, problem.specs))
+        assert_same_numbering(ours, thenar.reachable(tct.supcon(problem.plants, problem.specs)))
         assert_isomorphic(ours, libfaudes.supcon(problem.plants, problem.specs))
+
+
+def test_tcts_supcon_numbers_what_survives_in_the_order_of_the_whole_product() -> None:
+    """Where states were removed TCT closes the gaps but does not number breadth-first again; thenar does."""
+    differ = 0
+    for seed in range(100):
+        problem = random_problem(Random(seed))
+        theirs, whole = tct.supcon(problem.plants, problem.specs), thenar.sync(*problem.automata)
+        if theirs.is_empty:
+            continue
+        place = {0: 0}
+        queue = [0]
+        for x in queue:
+            for e, t in theirs.row(x):
+                target = whole.step(place[x], theirs.alphabet[e])
+                assert target is not None
+                if t not in place:
+                    place[t] = target
+                    queue.append(t)
+        assert [place[x] for x in range(theirs.n_states)] == sorted(place.values())
+        differ += queue != sorted(queue)
+    assert 0 < differ < 10
 
 
 def test_the_problems_are_of_all_kinds() -> None:
@@ -79,11 +102,29 @@ def compare_control(problem: Problem) -> None:
 
 
 @pytest.mark.parametrize("seeds", batches(OTHERS), ids=str)
-def test_minimisation_and_projection_of_larger_automata_are_tcts(seeds: range) -> None:
+def test_larger_automata_are_minimised_and_projected_as_libfaudes_does(seeds: range) -> None:
     for seed in seeds:
-        rng = Random(20_000 + seed)
-        alphabet = random_problem(rng, max_events=5).alphabet
-        a = thenar.reachable(random_automaton(rng, alphabet, max_states=25))
-        assert_isomorphic(thenar.minimize(a), tct.minimize(a))
-        kept = alphabet.names[: len(alphabet) // 2 + 1]
-        assert_isomorphic(thenar.minimize(thenar.project(a, kept)), tct.project(a, kept))
+        a, kept = larger(seed)
+        assert_isomorphic(thenar.minimize(a), libfaudes.minimize(a))
+        assert_isomorphic(thenar.minimize(thenar.project(a, kept)), libfaudes.minimize(libfaudes.project(a, kept)))
+
+
+def test_tcts_minstate_is_ours_except_where_it_changes_the_language() -> None:
+    """TCT 1.0.8 of pip merges two states that differ in 2 of these 150 automata; it is no oracle there."""
+    changed = []
+    for seed in range(OTHERS):
+        a, _ = larger(seed)
+        theirs = tct.minimize(a)
+        if oracle.same_languages(a, theirs):
+            assert_isomorphic(thenar.minimize(a), theirs)
+        else:
+            changed.append(seed)
+    assert len(changed) <= 2
+
+
+def larger(seed: int) -> tuple[Automaton, tuple[str, ...]]:
+    """An automaton of up to 25 states, and some of its events."""
+    rng = Random(20_000 + seed)
+    alphabet = random_problem(rng, max_events=5).alphabet
+    automaton = thenar.reachable(random_automaton(rng, alphabet, max_states=25))
+    return automaton, alphabet.names[: len(alphabet) // 2 + 1]

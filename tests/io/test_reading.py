@@ -104,7 +104,9 @@ def test_an_automaton_needs_no_events() -> None:
 
 def test_the_grasp_lift_replace_model_loads(glr: Path) -> None:
     problem = load(glr)
-    assert repr(problem) == "Problem 'grasp_lift_replace': 2 plants, 5 specs, 28 events (6 uncontrollable)"  # sizes: README of the model
+    assert (
+        repr(problem) == "Problem 'grasp_lift_replace': 2 plants, 5 specs, 28 events (6 uncontrollable)"
+    )  # sizes: README of the model
     written = json.loads(glr.read_text())
     assert list(problem.alphabet.names) == list(written["events"])
     for automaton in problem.automata:

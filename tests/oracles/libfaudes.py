@@ -111,8 +111,8 @@ def _create(automaton: Automaton) -> Any:
     for q in range(automaton.n_states):
         if automaton.marked[q]:
             generator.SetMarkedState(number[q])
-        for e, t in automaton.row(q):
-            generator.SetTransition(number[q], index[e], number[t])
+        for event, target in automaton.row(q):
+            generator.SetTransition(number[q], index[event], number[target])
     if number:
         generator.SetInitState(number[automaton.initial])
     return generator
@@ -150,8 +150,8 @@ def _read(generator: Any, alphabet: Alphabet) -> Automaton:
     return Automaton.from_arrays(
         alphabet,
         np.cumsum([0, *(len(row) for row in moves)]),
-        [e for row in moves for e, _ in row],
-        [t for row in moves for _, t in row],
+        [event for row in moves for event, _ in row],
+        [target for row in moves for _, target in row],
         marked=np.isin(order, marked),
     )
 

@@ -38,9 +38,9 @@ Automata = Automaton | Iterable[Automaton]
 
 
 @isolated
-def sync(*automata: Automaton) -> Automaton:
+def sync(*automata: Automaton, alphabet: Alphabet | None = None) -> Automaton:
     """Return TCT's sync."""
-    with _session(*automata) as tct:
+    with _session(*automata, alphabet=alphabet) as tct:
         return tct.read(tct.sync(automata))
 
 
@@ -59,10 +59,14 @@ def trim(automaton: Automaton) -> Automaton:
 
 
 @isolated
-def supcon(plants: Automata, specs: Automata = ()) -> Automaton:
-    """Return TCT's supcon of the sync of ``plants`` and the meet of ``specs``."""
+def supcon(plants: Automata, specs: Automata = (), *, alphabet: Alphabet | None = None) -> Automaton:
+    """Return TCT's supcon of the sync of ``plants`` and the meet of ``specs``.
+
+    TCT numbers the states of the whole product breadth-first; those that survive keep that order, which need
+    not be the breadth-first order of the result.
+    """
     plants, specs = _several(plants), _several(specs)
-    with _session(*plants, *specs) as tct:
+    with _session(*plants, *specs, alphabet=alphabet) as tct:
         return tct.read(tct.do("supcon", tct.plant(plants), tct.legal(specs)))
 
 
@@ -76,15 +80,15 @@ def is_controllable(spec: Automaton, plants: Automata) -> bool:
 
 @isolated
 def condat(plants: Automata, automaton: Automaton) -> Supervisor:
-    """Return ``automaton`` with the controllable events that TCT's condat lists as disabled.
-
-    Its initial state must be state 0, as TCT has it.
-    """
+    """Return ``automaton`` with the controllable events that TCT's condat lists as disabled."""
     plants = _several(plants)
     with _session(*plants, automaton) as tct:
         _, disabled = tct.condat(tct.plant(plants), tct.legal([automaton]))
     position = {e.name: k for k, e in enumerate(automaton.alphabet) if e.controllable}
-    rows = [sorted(position[e] for e in disabled.get(q, ()) if e in position) for q in range(automaton.n_states)]
+    number = _numbers(automaton)
+    rows = [
+        sorted(position[e] for e in disabled.get(number[q], ()) if e in position) for q in range(automaton.n_states)
+    ]
     offsets = np.cumsum([0, *(len(row) for row in rows)])
     return Supervisor(automaton, offsets, np.array([k for row in rows for k in row], np.int32))
 
@@ -103,7 +107,7 @@ def supreduce(plants: Automata, automaton: Automaton) -> Automaton:
 def is_nonconflicting(a: Automaton, b: Automaton) -> bool:
     """Return TCT's nonconflict."""
     with _session(a, b) as tct:
-        return tct.tct.nonconflict(tct.legal([a]), tct.legal([b]))
+        return bool(tct.tct.nonconflict(tct.legal([a]), tct.legal([b])))
 
 
 @isolated
@@ -118,7 +122,11 @@ def project(automaton: Automaton, events: Iterable[str]) -> Automaton:
 
 @isolated
 def minimize(automaton: Automaton) -> Automaton:
-    """Return TCT's minstate."""
+    """Return TCT's minstate.
+
+    Not to be trusted (pitct 1.0.8): of 3000 random automata it took 2 for equal to smaller ones with other
+    languages, where a state that lacks one event was merged with a state that lacks another.
+    """
     with _session(automaton) as tct:
         return tct.read(tct.do("minstate", tct.create(automaton)))
 
@@ -141,12 +149,12 @@ def is_isomorphic(a: Automaton, b: Automaton) -> bool:
 class _Session:
     """A folder of TCT files over one alphabet."""
 
-    def __init__(self, automata: Iterable[Automaton], folder: str) -> None:
+    def __init__(self, alphabet: Alphabet, folder: str) -> None:
         import pitct
 
         self.tct = pitct
         self.tct.init(folder, overwrite=True)
-        self.alphabet = reduce(or_, (a.alphabet for a in automata), Alphabet())
+        self.alphabet = alphabet
         self.labels = {e.name: 2 * k + (1 if e.controllable else 2) for k, e in enumerate(self.alphabet)}
         self._names = (f"DES{k}" for k in range(10_000))
 
@@ -158,9 +166,7 @@ class _Session:
 
     def create(self, automaton: Automaton, loops: Iterable[str] = (), silent: bool = False) -> str:
         """Write ``automaton``, with ``loops`` at every state, and with its ``silent`` events for TCT to see."""
-        # TCT starts in state 0
-        order = [automaton.initial, *(q for q in range(automaton.n_states) if q != automaton.initial)]
-        number = {q: k for k, q in enumerate(order)} if not automaton.is_empty else {}
+        number = _numbers(automaton)
         labels = [self.labels[e] for e in automaton.alphabet.names]
         transitions = [(number[q], labels[e], number[t]) for q in number for e, t in automaton.row(q)]
         transitions += [(k, self.labels[e], k) for k in number.values() for e in loops]
@@ -214,9 +220,17 @@ class _Session:
 
 
 @contextmanager
-def _session(*automata: Automaton) -> Iterator[_Session]:
+def _session(*automata: Automaton, alphabet: Alphabet | None = None) -> Iterator[_Session]:
+    """Open a session over the alphabet of all ``automata``, in the order of ``alphabet`` if it is given."""
+    union = reduce(or_, (a.alphabet for a in automata), Alphabet())
     with TemporaryDirectory(prefix="tct") as folder:
-        yield _Session(automata, folder)
+        yield _Session(union if alphabet is None else alphabet.restrict(union.names), folder)
+
+
+def _numbers(automaton: Automaton) -> dict[int, int]:
+    """Return the number in TCT of each state; TCT starts in state 0."""
+    order = sorted(range(automaton.n_states), key=lambda q: (q != automaton.initial, q))
+    return {q: k for k, q in enumerate(order)}
 
 
 def _several(automata: Automata) -> list[Automaton]:

@@ -10,8 +10,8 @@ plants or specs it takes one automaton or several.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from functools import reduce
 from operator import or_
 from typing import Any
@@ -123,15 +123,17 @@ def write(graph: Graph) -> Automaton:
 # -- products ----------------------------------------------------------------------------------------------
 
 
-def sync(*automata: Automaton) -> Automaton:
+def sync(*automata: Automaton, alphabet: Alphabet | None = None) -> Automaton:
     """Return the synchronous product A1 ∥ A2 ∥ ...: an event happens in all automata that know it, at once.
+
+    ``alphabet`` orders the events, and so numbers the states; by default, in order of first mention.
 
     >>> A = Automaton.from_transitions(["0 -a-> 1 -b-> 0"], initial="0", marked=["0"])
     >>> B = Automaton.from_transitions(["0 -b-> 1 -c-> 0"], initial="0", marked=["0"])
     >>> list(sync(A, B).transitions())
     [('0|0', 'a', '1|0'), ('1|0', 'b', '0|1'), ('0|1', 'a', '1|1'), ('0|1', 'c', '0|0'), ('1|1', 'c', '1|0')]
     """
-    return write(_product([read(a) for a in automata]))
+    return write(_product([read(a) for a in automata], alphabet))
 
 
 def meet(*automata: Automaton) -> Automaton:
@@ -143,22 +145,22 @@ def meet(*automata: Automaton) -> Automaton:
     >>> list(meet(A, B).transitions())
     [('0|0', 'a', '1|1')]
     """
-    return write(_product([read(a) for a in automata], lambda graph, event: True))
+    alphabet = _union(read(a) for a in automata)
+    return write(_product([replace(read(a), alphabet=alphabet) for a in automata]))
 
 
-def _product(graphs: Sequence[Graph], takes_part: Callable[[Graph, str], bool] | None = None) -> Graph:
-    """Return the reachable product, in which those graphs move with an event that ``takes_part`` names."""
-    takes_part = takes_part or _knows
-    alphabet = reduce(or_, (g.alphabet for g in graphs), Alphabet())
+def _product(graphs: Sequence[Graph], alphabet: Alphabet | None = None) -> Graph:
+    """Return the reachable part of the synchronous product, events in the order of ``alphabet``."""
+    alphabet = _union(graphs) if alphabet is None else alphabet.restrict(_union(graphs).names)
     initial = tuple(g.initial for g in graphs)
     step: dict[State, dict[str, State]] = {}
     queue = [initial] if all(g.step for g in graphs) else []
-    for x in queue:
+    for x in queue:  # grows while it is read
         if x in step:
             continue
         step[x] = {}
         for e in alphabet.names:
-            y = tuple(g.step[q].get(e) if takes_part(g, e) else q for g, q in zip(graphs, x, strict=True))
+            y = tuple(g.step[q].get(e) if e in g.alphabet else q for g, q in zip(graphs, x, strict=True))
             if None not in y:
                 step[x][e] = y
                 queue.append(y)
@@ -167,8 +169,8 @@ def _product(graphs: Sequence[Graph], takes_part: Callable[[Graph, str], bool] |
     return Graph(alphabet, initial, step, marked, names)
 
 
-def _knows(graph: Graph, event: str) -> bool:
-    return event in graph.alphabet
+def _union(graphs: Iterable[Graph]) -> Alphabet:
+    return reduce(or_, (g.alphabet for g in graphs), Alphabet())
 
 
 # -- reachability ------------------------------------------------------------------------------------------
@@ -215,7 +217,7 @@ def is_nonconflicting(*automata: Automaton) -> Check:
 # -- control -----------------------------------------------------------------------------------------------
 
 
-def supcon(plants: Automata, specs: Automata = ()) -> Automaton:
+def supcon(plants: Automata, specs: Automata = (), *, alphabet: Alphabet | None = None) -> Automaton:
     """Return the supremal controllable, nonblocking sublanguage of what ``plants`` can do and ``specs`` allow.
 
     From the product of all of them, remove the states at which the plants can do an uncontrollable event
@@ -229,7 +231,7 @@ def supcon(plants: Automata, specs: Automata = ()) -> Automaton:
     [('0|0', 'b', '2|0')]
     """
     plant = _read_all(plants)
-    graph = _product([*plant, *_read_all(specs)])
+    graph = _product([*plant, *_read_all(specs)], alphabet)
     uncontrollable = [e.name for e in graph.alphabet if not e.controllable]
     while True:
         violating = {x for x in graph.step if any(_can(plant, x, e) and e not in graph.step[x] for e in uncontrollable)}
@@ -271,10 +273,10 @@ def condat(plants: Automata, automaton: Automaton) -> Supervisor:
     return Supervisor(automaton, offsets, np.array([k for row in rows for k in row], np.int32))
 
 
-def closed_loop(supervisor: Supervisor, plants: Automata) -> Automaton:
+def closed_loop(plants: Automata, supervisor: Supervisor) -> Automaton:
     """Return S/G: what ``plants`` do when each event needs the permission ψ of the ``supervisor``.
 
-    Raises ValueError when the supervisor permits an event that it cannot follow itself.
+    It is marked where both are.  Raises ValueError when the supervisor permits an event that it cannot follow itself.
     """
     s = supervisor.automaton
     plant = _product(_read_all(plants))

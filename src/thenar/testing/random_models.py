@@ -46,6 +46,7 @@ def random_alphabet(rng: Random, *, max_events: int = 8) -> Alphabet:
     """Draw 1 to ``max_events`` events: ``c0, c1, ...`` controllable, ``u0, u1, ...`` uncontrollable.
 
     >>> random_alphabet(Random(5))
+    Alphabet(u0!, u1!, u2!, c3, c4, c5)
     """
     return numbered_alphabet([_chance(rng, 30) for _ in range(_many(rng, 1, max_events))])
 
@@ -63,6 +64,7 @@ def random_automaton(
     It may block, have states out of reach, or events without any transition, which it forbids.
 
     >>> list(random_automaton(Random(5), Alphabet(["a", "b"])).transitions())
+    [('0', 'a', '1'), ('0', 'b', '0'), ('1', 'b', '2'), ('2', 'a', '0')]
     """
     states = [str(k) for k in range(_many(rng, 1, max_states))]
     marked = [q for q in states if (_chance(rng, shape.marked) if q != "0" else not _chance(rng, UNMARKED_START))]
@@ -96,7 +98,8 @@ def random_problem(
     these because of uncontrollable events; in one of five it is enough to obey the specs, and one in six
     needs no control at all.
 
-    >>> random_problem(Random(1))
+    >>> random_problem(Random(3))
+    ...
     """
     alphabet = random_alphabet(rng, max_events=max_events)
     n_plants, n_specs = _many(rng, 1, max_plants), _many(rng, 0, max_specs)
