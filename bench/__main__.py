@@ -84,6 +84,7 @@ def kernel(console: Console) -> dict[str, float]:
         memory[where].sum()
         sums.append(time.process_time() - start)
     reads = len(where) / min(sums)
+    del memory
     start = time.process_time()
     product = thenar.sync(*toggles(21))
     explored = product.n_transitions / (time.process_time() - start)
@@ -149,10 +150,9 @@ def _never(event: str) -> Automaton:
 
 def main() -> None:
     console = Console(width=130 if not sys.stdout.isatty() else None)
-    console.print(
-        f"thenar {thenar.__version__}, Python {platform.python_version()}, {platform.machine()}; CPU seconds, best of several runs"
-    )
-    run = {"peers": peers(console), "kernel": kernel(console), "milliseconds": small_things(console)}
+    where = f"Python {platform.python_version()}, {platform.machine()}"
+    console.print(f"thenar {thenar.__version__}, {where}; CPU seconds, best of several runs")
+    run = {"kernel": kernel(console), "milliseconds": small_things(console), "peers": peers(console)}
     RESULTS.mkdir(exist_ok=True)
     path = RESULTS / f"{datetime.now(UTC):%Y-%m-%dT%H%M%S}.json"
     path.write_text(json.dumps(run, indent=2))

@@ -5,8 +5,9 @@ import os
 import time
 from collections.abc import Callable, Iterator
 
-import thenar
 from tests.oracles import libfaudes, tct
+
+import thenar
 from thenar.model.problem import Problem
 
 Timed = tuple[float, int]  # CPU seconds, states of the supervisor

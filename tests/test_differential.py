@@ -3,9 +3,9 @@
 from random import Random
 
 import pytest
+from tests.oracles import libfaudes, tct
 
 import thenar
-from tests.oracles import libfaudes, tct
 from thenar.model.automaton import Automaton
 from thenar.model.problem import Problem
 from thenar.testing import oracle

@@ -114,6 +114,7 @@ __all__ = [
     "verify",
 ]
 
+
 def __getattr__(name: str) -> object:
     if name == "__version__":
         return _import_module("importlib.metadata").version("thenar")

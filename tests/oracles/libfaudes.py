@@ -10,21 +10,18 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from functools import reduce
-from importlib.util import find_spec
 from operator import or_
 from typing import Any
 
 import numpy as np
-import pytest
-from tests.oracles.worker import isolated
+from tests.oracles.worker import isolate
 
 from thenar.model.automaton import Automaton
 from thenar.model.events import Alphabet
 
-if find_spec("faudes") is None:
-    pytest.skip("libFAUDES is not installed: pip install faudes", allow_module_level=True)
-
 Automata = Automaton | Iterable[Automaton]
+
+isolated = isolate("faudes")
 
 
 @isolated

@@ -19,22 +19,19 @@ import re
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from functools import reduce
-from importlib.util import find_spec
 from operator import or_
 from tempfile import TemporaryDirectory
 
 import numpy as np
-import pytest
-from tests.oracles.worker import isolated
+from tests.oracles.worker import isolate
 
 from thenar.model.automaton import Automaton
 from thenar.model.events import Alphabet
 from thenar.model.supervisor import Supervisor
 
-if find_spec("pitct") is None:
-    pytest.skip("TCT is not installed: pip install pitct", allow_module_level=True)
-
 Automata = Automaton | Iterable[Automaton]
+
+isolated = isolate("pitct")
 
 
 @isolated

@@ -10,10 +10,13 @@ import warnings
 from collections.abc import Callable
 from functools import wraps
 from importlib import import_module
+from importlib.util import find_spec
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
+
+import pytest
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -26,28 +29,34 @@ class PeerError(RuntimeError):
     """A peer refused a call, crashed, or did not answer."""
 
 
-def isolated(function: Callable[P, R]) -> Callable[P, R]:
-    """Run ``function`` in the process that serves its module, which is started at the first call.
+def isolate(package: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """Return a decorator that runs a function where ``package`` can do no harm: in the process of its module.
 
-    An isolated function must not call another one of its module.
+    The process is started at the first call; where the package is not installed that call skips the test.  A
+    function with this decorator must not call another one.
     """
 
-    @wraps(function)
-    def call(*args: P.args, **kwargs: P.kwargs) -> R:
-        module = function.__module__
-        if module not in _workers:
-            _workers[module] = _Worker(module)
-        try:
-            answered, answer = _workers[module].call(function.__name__, args, kwargs)
-        except (EOFError, OSError) as error:
-            _workers.pop(module).stop()  # the next call gets a new one
-            raise PeerError(f"{module}.{function.__name__} crashed or hung: {error!r}") from None
-        if not answered:
-            raise PeerError(f"{module}.{function.__name__}: {answer}")
-        result: R = answer
-        return result
+    def isolated(function: Callable[P, R]) -> Callable[P, R]:
+        @wraps(function)
+        def call(*args: P.args, **kwargs: P.kwargs) -> R:
+            if find_spec(package) is None:
+                pytest.skip(f"the peer is not installed: pip install {package}")
+            module = function.__module__
+            if module not in _workers:
+                _workers[module] = _Worker(module)
+            try:
+                answered, answer = _workers[module].call(function.__name__, args, kwargs)
+            except (EOFError, OSError) as error:
+                _workers.pop(module).stop()  # the next call gets a new one
+                raise PeerError(f"{module}.{function.__name__} crashed or hung: {error!r}") from None
+            if not answered:
+                raise PeerError(f"{module}.{function.__name__}: {answer}")
+            result: R = answer
+            return result
 
-    return call
+        return call
+
+    return isolated
 
 
 class _Worker:
@@ -57,7 +66,7 @@ class _Worker:
         self._connection, far_end = Pipe()
         self._process = subprocess.Popen(
             [sys.executable, "-c", f"from {__name__} import serve; serve({far_end.fileno()}, {module!r})"],
-            env={**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), str(ROOT / "src")])},
+            env={**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), *sys.path])},
             pass_fds=[far_end.fileno()],
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,

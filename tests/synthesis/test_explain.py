@@ -140,8 +140,8 @@ def test_blocking_is_explained_by_the_deadlock_it_leads_to() -> None:
     result = thenar.synthesize(Problem(plant))
     why = thenar.explain_disabled(result, "gamble")
     assert str(why) == (
-        "In the initial state the event gamble is disabled: if it happened, no marked state could be reached from state '2', "
-        "whatever happened. Enabled there: work."
+        "In the initial state the event gamble is disabled: if it happened, no marked state could be reached "
+        "from state '2', whatever happened. Enabled there: work."
     )
 
 

@@ -79,6 +79,7 @@ std::unique_ptr<PyExploration> explore(std::vector<Automaton> inputs, In<u8> unc
 }  // namespace
 
 NB_MODULE(kernel, m) {
+  nb::set_leak_warnings(false);  // a result that a script still holds when it ends is no leak
   m.doc() = "Kernels over int arrays; see kernel.pyi.";
 
   nb::register_exception_translator([](const std::exception_ptr& p, void*) {

@@ -69,13 +69,9 @@ def is_controllable(
     path = exploration.shortest(exploration.native.illegal)
     if path is None:
         return Check("controllable", True)
-    event, forbidding, q = forbidden(exploration, len(plants), path[-1][1] if path else 0)[0]
-    return Check(
-        "controllable",
-        False,
-        Trace([*(e for e, _ in path), event]),
-        f"the plant can do uncontrollable {event!r}, which {forbidding.name!r} forbids in state {forbidding.states[q]!r}",
-    )
+    event, by, q = forbidden(exploration, len(plants), path[-1][1] if path else 0)[0]
+    why = f"the plant can do uncontrollable {event!r}, which {by.name!r} forbids in state {by.states[q]!r}"
+    return Check("controllable", False, Trace([*(e for e, _ in path), event]), why)
 
 
 def condat(plant: Automata, supervisor: Automaton) -> Supervisor:
@@ -89,7 +85,7 @@ def condat(plant: Automata, supervisor: Automaton) -> Supervisor:
     >>> from thenar.library.classics import small_factory
     >>> problem = small_factory()
     >>> condat(problem.plants, supcon(problem.plants, problem.specs))
-    Supervisor: 12 states, 25 transitions, 9 disablements
+    Supervisor: 12 states, 25 transitions, 6 disablements
     """
     plants = as_tuple(plant)
     alphabet = common_alphabet(plants, (supervisor,))

@@ -151,7 +151,7 @@ def is_sublanguage(
         return Check("sublanguage", False, trace, "it is in Lm of the first only")
     b_can = {e.name for e in b.enabled(int(in_b[end]))}
     event = next(e.name for e in a.enabled(int(in_a[end])) if e.name not in b_can)
-    return Check("sublanguage", False, trace + [event], "it is in L of the first only")
+    return Check("sublanguage", False, Trace([*trace, event]), "it is in L of the first only")
 
 
 def is_isomorphic(a: Automaton, b: Automaton) -> Check:

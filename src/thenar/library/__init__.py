@@ -31,7 +31,7 @@ def model(text: str) -> Problem:
         raise UnknownName("model", text, MODELS)
     function = MODELS[match[1]]
     arguments = [int(word) for word in (match[2] or "").replace(",", " ").split()]
-    most = len(inspect.signature(function).parameters)
+    most = sum(p.kind is not p.KEYWORD_ONLY for p in inspect.signature(function).parameters.values())
     if len(arguments) > most:
         takes = "no argument" if most == 0 else f"at most {most} argument{'s' * (most > 1)}"
         raise InputError(f"model {match[1]!r} takes {takes}: {match[1]}{inspect.signature(function)}")

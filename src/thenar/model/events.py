@@ -55,7 +55,7 @@ class Alphabet:
     """An ordered, immutable set of events.
 
     The order is part of the meaning: operations number states breadth-first, successors in the order of
-    the alphabet, as TCT numbers them in the order of its event labels.
+    the alphabet, as TCT numbers the states of a product in the order of its event labels.
 
     >>> sigma = Alphabet([Event("lift"), Event("slip", controllable=False)])
     >>> sigma.index("slip"), [e.name for e in sigma]

@@ -26,7 +26,7 @@ class Problem(Displayable):
 
     >>> from thenar.library.classics import small_factory
     >>> small_factory()
-    Problem 'small_factory(2)': 2 plants, 3 specs, 8 events (4 uncontrollable)
+    Problem 'small_factory(2)': 2 plants, 1 spec, 8 events (4 uncontrollable)
     """
 
     name: str

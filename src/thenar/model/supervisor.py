@@ -87,4 +87,5 @@ class Supervisor(Displayable):
     def __repr__(self) -> str:
         if self.is_empty:
             return "Supervisor: none exists"
-        return f"Supervisor: {self.n_states:,} states, {self.n_transitions:,} transitions, {len(self.disabled):,} disablements"
+        sizes = f"{self.n_states:,} states, {self.n_transitions:,} transitions"
+        return f"Supervisor: {sizes}, {len(self.disabled):,} disablements"

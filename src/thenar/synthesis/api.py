@@ -91,7 +91,7 @@ def synthesize(
     >>> from thenar.library.classics import small_factory
     >>> result = synthesize(small_factory())
     >>> result.supervisor
-    Supervisor: 12 states, 25 transitions, 9 disablements
+    Supervisor: 12 states, 25 transitions, 6 disablements
     >>> print(result.supervisor.pattern(0))
     enabled: start_1; disabled: start_2
     """

@@ -16,11 +16,11 @@ from thenar.model.problem import Problem
 from thenar.synthesis.api import SynthesisResult
 from thenar.synthesis.verify import FORMAT, digest
 
-__all__ = ["certificate", "is_about"]
+__all__ = ["certificate", "is_about", "pack"]
 
 
 def certificate(result: SynthesisResult) -> bytes:
-    """Return the certificate of ``result``: the bytes of a NumPy archive that ``thenar verify`` checks.
+    """Return the certificate of ``result``: the bytes of a file that ``thenar verify`` checks.
 
     It holds the problem, every explored state with the reason and rank of its removal, for each survivor the
     length of a shortest way to a marked state, and the supervisor; see :mod:`thenar.synthesis.verify`.
@@ -38,8 +38,8 @@ def certificate(result: SynthesisResult) -> bytes:
     arrays["coords"] = evidence.coordinates(every).astype(np.min_scalar_type(widest))
     arrays["reason"] = np.array(native.reason)
     arrays["rank"] = np.array(native.rank)
-    # Only reachable survivors are numbered in the supervisor; the others are dropped from the certificate:
-    # nothing refers to them, for a removed state leads to removed ones and a survivor to reachable ones.
+    # Survivors that the supervisor does not reach are left out: no proof refers to them, for a reachable survivor
+    # leads to reachable ones only, and a blocking state to removed ones only.
     s = extract.automaton
     way = np.full(evidence.n_states, -1, np.int32)
     way[extract.origin] = kernel.distance_to(s.offsets, s.events, s.targets, bytemask(s.marked))
@@ -51,14 +51,16 @@ def certificate(result: SynthesisResult) -> bytes:
     arrays["origin"] = number[extract.origin]
     arrays["sup_offsets"], arrays["sup_events"], arrays["sup_targets"] = s.offsets, s.events, s.targets
     arrays["sup_marked"] = bytemask(s.marked)
+    return pack(arrays, header)
+
+
+def pack(arrays: dict[str, NDArray[Any]], header: dict[str, Any]) -> bytes:
+    """Return the file: its format, the digest of the rest, and the rest as a NumPy archive; each on a line."""
     file = io.BytesIO()
-    packed: dict[str, Any] = {
-        "header": np.frombuffer(json.dumps(header).encode(), np.uint8),
-        "digest": np.frombuffer(digest(arrays, header), np.uint8),
-        **arrays,
-    }
-    np.savez_compressed(file, **packed)
-    return file.getvalue()
+    members: dict[str, Any] = {"header": np.frombuffer(json.dumps(header).encode(), np.uint8), **arrays}
+    np.savez_compressed(file, **members)
+    archive = file.getvalue()
+    return b"\n".join((FORMAT, digest(archive), archive))
 
 
 def is_about(arrays: dict[str, NDArray[Any]], header: dict[str, Any], problem: Problem) -> bool:
@@ -72,7 +74,6 @@ def is_about(arrays: dict[str, NDArray[Any]], header: dict[str, Any], problem: P
 
 def _problem(problem: Problem) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
     header: dict[str, Any] = {
-        "format": FORMAT,
         "problem": problem.name,
         "events": [{"name": e.name, "controllable": e.controllable} for e in problem.alphabet],
         "automata": [],

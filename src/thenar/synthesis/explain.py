@@ -93,7 +93,7 @@ def explain_disabled(
 
     >>> from thenar.library.classics import small_factory
     >>> print(explain_disabled(synthesize(small_factory()), "start_2"))
-    In the initial state the event start_2 is disabled: BUFFER (...) forbids start_2 in its state 'empty'.
+    In the initial state the event start_2 is disabled: BUFFER1 (...) forbids start_2 in its state 'empty'. ...
     """
     result.problem.alphabet.index(event)
     evidence, trace = _evidence(result), _trace(result, after, state)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from thenar.model.automaton import Automaton
 from thenar.model.trace import Check
-from thenar.testing.oracle import isomorphic, read, same_languages
+from thenar.testing.graphs import read
+from thenar.testing.oracle import isomorphic, same_languages
 
 __all__ = ["assert_isomorphic", "assert_same_languages", "assert_same_numbering"]
 

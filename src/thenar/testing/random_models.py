@@ -14,7 +14,16 @@ from thenar.model.automaton import Automaton
 from thenar.model.events import Alphabet, Event
 from thenar.model.problem import Problem
 
-__all__ = ["PLANT", "SPEC", "Shape", "random_alphabet", "random_automaton", "random_problem"]
+__all__ = [
+    "PLANT",
+    "SPEC",
+    "Shape",
+    "numbered_alphabet",
+    "problem_by_chance",
+    "random_alphabet",
+    "random_automaton",
+    "random_problem",
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,8 +107,8 @@ def random_problem(
     these because of uncontrollable events; in one of five it is enough to obey the specs, and one in six
     needs no control at all.
 
-    >>> random_problem(Random(3))
-    ...
+    >>> random_problem(Random(6))
+    Problem: 3 plants, 2 specs, 8 events (3 uncontrollable)
     """
     alphabet = random_alphabet(rng, max_events=max_events)
     n_plants, n_specs = _many(rng, 1, max_plants), _many(rng, 0, max_specs)

@@ -71,7 +71,11 @@ def automata(
 def problems(
     draw: st.DrawFn, *, max_events: int = 8, max_plants: int = 3, max_specs: int = 3, max_states: int = 4
 ) -> Problem:
-    """Control problems like those of :func:`~thenar.testing.random_models.random_problem`."""
+    """Control problems like those of :func:`~thenar.testing.random_models.random_problem`, but plainer.
+
+    Hypothesis tries simple things first: half of them need no control or little, a quarter have states to
+    avoid, one in eight has no supervisor.
+    """
     alphabet = draw(alphabets(min_events=(max_events + 1) // 2, max_events=max_events))
     plants = draw(st.lists(_TAPES, min_size=1, max_size=max_plants))
     specs = draw(st.lists(_TAPES, max_size=max_specs))

@@ -11,8 +11,10 @@ __all__ = ["cat_and_mouse"]
 # doorway: the room that it leads from, and the one that it leads to
 CAT_DOORS = {"c1": (0, 1), "c2": (1, 2), "c3": (2, 0), "c4": (0, 3), "c5": (3, 4), "c6": (4, 0)}
 MOUSE_DOORS = {"m1": (0, 2), "m2": (2, 1), "m3": (1, 0), "m4": (0, 4), "m5": (4, 3), "m6": (3, 0)}
-CAT_MOVES = [(a, door, b) for door, (a, b) in CAT_DOORS.items()] + [(1, "c7", 3), (3, "c7", 1)]
-MOUSE_MOVES = [(a, door, b) for door, (a, b) in MOUSE_DOORS.items()]
+MOVES = {
+    "cat": [*((a, door, b) for door, (a, b) in CAT_DOORS.items()), (1, "c7", 3), (3, "c7", 1)],
+    "mouse": [(a, door, b) for door, (a, b) in MOUSE_DOORS.items()],
+}
 START = {"cat": 2, "mouse": 4}
 
 
@@ -37,7 +39,7 @@ def cat_and_mouse() -> Problem:
         ]
     )
     return Problem(
-        [_animal("cat", CAT_MOVES, events), _animal("mouse", MOUSE_MOVES, events)],
+        [_animal("cat", events), _animal("mouse", events)],
         [_room(room, events) for room in range(5)],
         name="cat_and_mouse",
         alphabet=events,
@@ -45,10 +47,10 @@ def cat_and_mouse() -> Problem:
     )
 
 
-def _animal(name: str, moves: list[tuple[int, str, int]], events: Alphabet) -> Automaton:
+def _animal(name: str, events: Alphabet) -> Automaton:
     start = f"room_{START[name]}"
     return Automaton.from_transitions(
-        [(f"room_{a}", door, f"room_{b}") for a, door, b in moves],
+        [(f"room_{a}", door, f"room_{b}") for a, door, b in MOVES[name]],
         initial=start,
         marked=[start],
         events=events,
@@ -58,8 +60,8 @@ def _animal(name: str, moves: list[tuple[int, str, int]], events: Alphabet) -> A
 
 def _room(room: int, events: Alphabet) -> Automaton:
     """Return the specification of one room, which animals enter and leave; it does not restrict who leaves."""
-    changes = [("free", door, who) for who, moves in _MOVES.items() for _, door, b in moves if b == room]
-    changes += [(who, door, "free") for who, moves in _MOVES.items() for a, door, _ in moves if a == room]
+    changes = [("free", door, who) for who, moves in MOVES.items() for _, door, b in moves if b == room]
+    changes += [(who, door, "free") for who, moves in MOVES.items() for a, door, _ in moves if a == room]
     return Automaton.from_transitions(
         changes,
         initial=next((who for who, start in START.items() if start == room), "free"),
@@ -68,6 +70,3 @@ def _room(room: int, events: Alphabet) -> Automaton:
         name=f"ROOM{room}",
         meaning=f"cat and mouse are never both in room {room}",
     )
-
-
-_MOVES = {"cat": CAT_MOVES, "mouse": MOUSE_MOVES}

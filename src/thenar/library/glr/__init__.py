@@ -24,5 +24,5 @@ def problem() -> Problem:
         [spec1(), spec2(), spec3(1), spec3(2), spec4()],
         name="glr",
         alphabet=EVENTS,
-        description="Two fingers grasp, lift, squeeze and replace an object, and learn its friction, weight and stiffness.",
+        description="Two fingers grasp, lift, squeeze and replace an object, and learn its properties.",
     )
