@@ -80,9 +80,8 @@ def _plant_size(
     from thenar.explicit.products import sync
     from thenar.model.limits import Limits
 
-    explored = result.evidence.n_states if result.evidence else 0
     try:
-        plant = sync(*problem.plants, limits=Limits(states=max(4 * explored, 1_000_000)), progress=show)
+        plant = sync(*problem.plants, limits=Limits(states=max(4 * result.explored.states, 1_000_000)), progress=show)
     except LimitReached:
         return None, None
     return plant.n_states, plant.n_transitions

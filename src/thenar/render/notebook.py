@@ -16,6 +16,8 @@ from thenar.render.measure import printable
 from thenar.render.scene import LIMIT, scene
 from thenar.render.svg import AMBER, GREEN, RED, draw
 from thenar.render.text import arrows, event_names, state_rows
+from thenar.synthesis.api import SynthesisResult
+from thenar.synthesis.explain import Explanation
 
 __all__ = ["html"]
 
@@ -95,6 +97,18 @@ def _(obj: Check, *, highlight: Iterable[int] = (), path: Trace | str | None = N
     if obj.reason:
         verdict += f": {_text(obj.reason)}"
     return _page(verdict)
+
+
+@html.register
+def _(obj: SynthesisResult, *, highlight: Iterable[int] = (), path: Trace | str | None = None) -> str:
+    if obj.reason is not None:
+        return html(obj.reason)
+    return html(obj.supervisor, highlight=highlight, path=path)
+
+
+@html.register
+def _(obj: Explanation, *, highlight: Iterable[int] = (), path: Trace | str | None = None) -> str:
+    return _page(f"<p>{_text(str(obj))}</p>")
 
 
 def _picture(obj: Automaton | Supervisor, lit: Sequence[int], path: Trace | str | None) -> str:

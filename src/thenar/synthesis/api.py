@@ -6,7 +6,7 @@ import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -24,6 +24,13 @@ if TYPE_CHECKING:
 __all__ = ["ENGINES", "SynthesisResult", "synthesize"]
 
 ENGINES = ("explicit",)
+
+
+class Size(NamedTuple):
+    """How large something is."""
+
+    states: int
+    transitions: int
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -52,6 +59,16 @@ class SynthesisResult(Displayable):
     def seconds(self) -> float:
         """Wall seconds of the whole synthesis."""
         return sum(self.timings.values())
+
+    @property
+    def size(self) -> Size:
+        """States and transitions of the supervisor."""
+        return Size(self.supervisor.n_states, self.supervisor.n_transitions)
+
+    @property
+    def explored(self) -> Size:
+        """States and transitions of the product that were looked at."""
+        return Size(self.evidence.n_states, self.evidence.native.n_transitions) if self.evidence else Size(0, 0)
 
     @cached_property
     def reason(self) -> Explanation | None:
