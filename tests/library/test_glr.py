@@ -79,6 +79,31 @@ def test_the_error_free_task_is_marked_by_the_supervisor() -> None:
     assert supervisor.automaton.marks(trace)
 
 
+def test_when_a_counter_is_reset_changes_the_number_of_states_but_not_the_language() -> None:
+    """The counters of specifications 2 and 4, reset by the next approach or as soon as a finger goes back."""
+    problem = glr.problem()
+    ours = thenar.supcon(problem.plants, problem.specs)
+    back2 = ["retract_finger_1", "prox_breakC_1", "retract_finger_2", "prox_breakC_2"]
+    early = [
+        reset_by(back2, glr.spec2()),
+        reset_by(["prox_breakC_1", "prox_breakC_2"], glr.spec4()),
+    ]
+    specs = [s for s in problem.specs if s.name not in ("SPEC2", "SPEC4")]
+    other = thenar.supcon(problem.plants, [*specs, *early])
+    assert (ours.n_states, other.n_states) == (2809, 1681)
+    assert thenar.is_isomorphic(thenar.minimize(ours), thenar.minimize(other))
+    assert thenar.minimize(ours).n_states == 609
+
+
+def reset_by(events: list[str], spec: thenar.Automaton) -> thenar.Automaton:
+    """The specification with its counter reset by ``events`` instead of approach_1."""
+    start = spec.states[spec.initial]
+    states = [spec.states[q] for q in range(spec.n_states)]
+    lines = [t for t in spec.transitions() if t[1] != "approach_1"]
+    lines += [(q, e, start) for q in states for e in events]
+    return thenar.Automaton.from_transitions(lines, initial=start, marked=states, events=glr.EVENTS, name=spec.name)
+
+
 def test_supcon_of_the_composed_problem_is_that_of_its_parts() -> None:
     """supC(E, G) as the paper forms it, and from the automata on the fly."""
     problem = glr.problem()
