@@ -34,7 +34,7 @@ def time_thenar(problem: Problem) -> Timed:
 
 
 def time_tct(problem: Problem) -> Timed:
-    with quiet(), tct._session(*problem.automata) as session:
+    with quiet(), tct.session(*problem.automata) as session:
         start = time.process_time()
         supervisor = session.do("supcon", session.plant(list(problem.plants)), session.legal(list(problem.specs)))
         seconds = time.process_time() - start
@@ -47,9 +47,9 @@ def time_faudes(problem: Problem) -> Timed:
         import faudes  # greets on import
 
         start = time.process_time()
-        controllable = libfaudes._event_set(e.name for e in alphabet if e.controllable)
-        plants, specs = (libfaudes._lifted(list(group), alphabet) for group in (problem.plants, problem.specs))
-        result = libfaudes._faudes().Generator()
+        controllable = libfaudes.event_set(e.name for e in alphabet if e.controllable)
+        plants, specs = (libfaudes.lifted(list(group), alphabet) for group in (problem.plants, problem.specs))
+        result = libfaudes.library().Generator()
         faudes.SupCon(plants, controllable, specs, result)
         seconds = time.process_time() - start
         return seconds, int(result.Size())

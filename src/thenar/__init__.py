@@ -35,23 +35,23 @@ from thenar.model.limits import Limits
 from thenar.model.problem import Problem
 from thenar.model.supervisor import ControlPattern, Supervisor
 from thenar.model.trace import Check, Trace
-from thenar.synthesis.api import SynthesisResult, synthesize
+from thenar.synthesis.api import Size, SynthesisResult, synthesize
 from thenar.synthesis.explain import Explanation, Violation, explain_disabled, explain_empty, explain_removed
-from thenar.synthesis.simulate import random_trace, simulate
+from thenar.synthesis.simulate import Status, Step, random_trace, simulate
 
 if TYPE_CHECKING:
     from thenar import library
     from thenar.io import dumps, load, loads, save
     from thenar.render import html, mermaid, svg, table
     from thenar.synthesis.certificate import certificate
-    from thenar.synthesis.verify import verify
+    from thenar.synthesis.verify import Verdict, verify
 
 # Imported when first used: import thenar pulls NumPy and the kernel only.
 _LATER = {
     **dict.fromkeys(("dumps", "load", "loads", "save"), "thenar.io"),
     **dict.fromkeys(("html", "mermaid", "svg", "table"), "thenar.render"),
     "certificate": "thenar.synthesis.certificate",
-    "verify": "thenar.synthesis.verify",
+    **dict.fromkeys(("Verdict", "verify"), "thenar.synthesis.verify"),
     "library": "thenar",
 }
 
@@ -70,11 +70,15 @@ __all__ = [
     "Mistake",
     "ModelError",
     "Problem",
+    "Size",
+    "Status",
+    "Step",
     "Supervisor",
     "SynthesisResult",
     "ThenarError",
     "Trace",
     "UnknownName",
+    "Verdict",
     "Violation",
     "certificate",
     "closed_loop",
@@ -125,6 +129,10 @@ def __getattr__(name: str) -> object:
         globals()[name] = value
         return value
     raise AttributeError(f"module 'thenar' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
 
 
 _set_html_formatter(lambda shown: str(_import_module("thenar.render").html(shown)))

@@ -31,11 +31,20 @@ __all__ = [
 
 
 class ThenarError(Exception):
-    """Base of every exception that thenar raises on purpose."""
+    """Base of every exception that thenar raises on purpose.
+
+    >>> issubclass(UnknownName, InputError) and issubclass(LimitReached, ThenarError)
+    True
+    """
 
 
 class InputError(ThenarError):
-    """What the caller gave is wrong; nothing was computed and nothing was written."""
+    """What the caller gave is wrong; nothing was computed and nothing was written.
+
+    >>> raise InputError("a problem needs a plant")
+    Traceback (most recent call last):
+    thenar.errors.InputError: a problem needs a plant
+    """
 
 
 class UnknownName(InputError, KeyError):
@@ -56,7 +65,11 @@ class UnknownName(InputError, KeyError):
 
 @dataclass(frozen=True, slots=True)
 class Mistake:
-    """One thing that is wrong in a model: ``where`` it is (file and line, or a name) and ``what`` it is."""
+    """One thing that is wrong in a model: ``where`` it is (file and line, or a name) and ``what`` it is.
+
+    >>> print(Mistake("hand.toml:3", "no initial state"))
+    hand.toml:3: no initial state
+    """
 
     where: str
     what: str
@@ -82,11 +95,23 @@ class ModelError(InputError):
 
 
 class AlphabetClash(InputError):
-    """The same event has different properties in two automata that are to be composed."""
+    """The same event has different properties in two automata that are to be composed.
+
+    >>> from thenar.model.events import Alphabet, Event
+    >>> Alphabet([Event("slip")]) | Alphabet([Event("slip", controllable=False)])
+    Traceback (most recent call last):
+    thenar.errors.AlphabetClash: event 'slip' is controllable in automaton 1 and uncontrollable in automaton 2; ...
+    """
 
 
 class CertificateError(InputError):
-    """A file is no certificate, or a damaged one."""
+    """A file is no certificate, or a damaged one.
+
+    >>> from thenar.synthesis.verify import verify
+    >>> verify("nowhere.cert")
+    Traceback (most recent call last):
+    thenar.errors.CertificateError: nowhere.cert: No such file or directory
+    """
 
 
 class LimitReached(ThenarError):
@@ -94,6 +119,10 @@ class LimitReached(ThenarError):
 
     ``limit`` names it (``"states"``, ``"transitions"``, ``"bytes"`` or ``"seconds"``); ``states`` and
     ``transitions`` are what had been found by then.
+
+    >>> raise LimitReached("states", 1000, 1007, 2311)
+    Traceback (most recent call last):
+    thenar.errors.LimitReached: stopped at the limit of 1,000 states: 1,007 states and 2,311 transitions found ...
     """
 
     def __init__(self, limit: str, bound: float, states: int, transitions: int) -> None:

@@ -3,6 +3,7 @@
 import _thread
 import threading
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -67,6 +68,36 @@ def test_states_of_many_words_are_no_different(n: int) -> None:
     assert product.states[1].split("|").index("1") == 1
 
 
+def test_more_uncontrollable_events_in_a_state_than_a_short_counter_holds() -> None:
+    n = 65_537
+    events = [thenar.Event(f"u{k}", controllable=False) for k in range(n)]
+    plant = Automaton.from_arrays(
+        thenar.Alphabet(events), [0, n, n], np.arange(n), np.r_[np.zeros(n - 1, int), 1], marked=[True, False], name="G"
+    )
+    assert thenar.supcon(plant, []).is_empty  # the last event blocks, and cannot be prevented
+    assert thenar.is_sublanguage(plant, plant)
+
+
+def test_an_event_that_no_automaton_has_never_happens(tmp_path: Path) -> None:
+    a = Automaton.from_transitions(["0 -x-> 1 -y-> 0"], initial="0", marked=["0"], name="A")
+    problem = thenar.Problem(a, alphabet=thenar.Alphabet(["x", "unused", "y"]))
+    result = thenar.synthesize(problem)
+    assert (result.size.states, result.size.transitions) == (2, 2)
+    assert thenar.explain_disabled(result, "unused").verdict == "impossible"
+    path = tmp_path / "a.cert"
+    path.write_bytes(thenar.certificate(result))
+    assert thenar.verify(path)
+
+
+def test_an_event_of_specifications_alone_is_hindered_by_no_plant() -> None:
+    plant = Automaton.from_transitions(["0 -x-> 0"], initial="0", marked=["0"], name="G")
+    spec = Automaton.from_transitions(["0 -w-> 1"], initial="0", marked=["0", "1"], uncontrollable=["w"], name="E")
+    check = thenar.is_controllable(spec, plant)
+    assert check.witness == thenar.Trace("w, w")
+    assert thenar.supcon(plant, spec).is_empty
+    assert oracle.supcon([plant], [spec]).is_empty
+
+
 def test_more_bits_than_the_explicit_engine_packs_is_a_clear_error() -> None:
     with pytest.raises(thenar.InputError, match="explicit engine packs 4096"):
         thenar.sync(*toggles(4097))
@@ -107,10 +138,10 @@ def test_blocking_that_creeps_along_a_chain_is_found() -> None:
     offsets = np.concatenate(([0], np.cumsum(np.where(np.arange(n) == n - 1, 0, 1))))
     alphabet = thenar.Alphabet(["next"])
     marked = np.arange(n) == n - 1
-    chain = Automaton.from_arrays(alphabet, offsets, np.zeros(n - 1), np.arange(1, n), marked=marked, name="CHAIN")
+    chain = Automaton.from_arrays(alphabet, offsets, np.zeros(n - 1, int), np.arange(1, n), marked=marked, name="CHAIN")
     assert thenar.supcon(chain, []).n_states == n
     assert thenar.is_nonblocking(chain)
-    unmarked = Automaton.from_arrays(alphabet, offsets, np.zeros(n - 1), np.arange(1, n), marked=np.zeros(n))
+    unmarked = Automaton.from_arrays(alphabet, offsets, np.zeros(n - 1, int), np.arange(1, n), marked=np.zeros(n, bool))
     assert thenar.supcon(unmarked, []).is_empty
 
 

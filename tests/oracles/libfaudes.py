@@ -34,7 +34,7 @@ def sync(*automata: Automaton) -> Automaton:
 def trim(automaton: Automaton) -> Automaton:
     """Return libFAUDES's trim."""
     generator = _create(automaton)
-    _faudes().Trim(generator)
+    library().Trim(generator)
     return _read(generator, automaton.alphabet)
 
 
@@ -43,9 +43,9 @@ def supcon(plants: Automata, specs: Automata = ()) -> Automaton:
     """Return libFAUDES's SupCon."""
     plants, specs = _several(plants), _several(specs)
     alphabet = _alphabet([*plants, *specs])
-    controllable = _event_set(e.name for e in alphabet if e.controllable)
-    result = _faudes().Generator()
-    _faudes().SupCon(_lifted(plants, alphabet), controllable, _lifted(specs, alphabet), result)
+    controllable = event_set(e.name for e in alphabet if e.controllable)
+    result = library().Generator()
+    library().SupCon(lifted(plants, alphabet), controllable, lifted(specs, alphabet), result)
     return _read(result, alphabet)
 
 
@@ -54,34 +54,34 @@ def is_controllable(spec: Automaton, plants: Automata) -> bool:
     """Return libFAUDES's IsControllable."""
     plants = _several(plants)
     alphabet = _alphabet([*plants, spec])
-    controllable = _event_set(e.name for e in alphabet if e.controllable)
-    return bool(_faudes().IsControllable(_lifted(plants, alphabet), controllable, _lifted([spec], alphabet)))
+    controllable = event_set(e.name for e in alphabet if e.controllable)
+    return bool(library().IsControllable(lifted(plants, alphabet), controllable, lifted([spec], alphabet)))
 
 
 @isolated
 def is_nonconflicting(*automata: Automaton) -> bool:
     """Return whether libFAUDES finds the parallel composition nonblocking."""
-    return bool(_faudes().IsNonblocking(_parallel(automata)))
+    return bool(library().IsNonblocking(_parallel(automata)))
 
 
 @isolated
 def project(automaton: Automaton, events: Iterable[str]) -> Automaton:
     """Return libFAUDES's project."""
     seen = automaton.alphabet.restrict(events)
-    result = _faudes().Generator()
-    _faudes().Project(_create(automaton), _event_set(seen.names), result)
+    result = library().Generator()
+    library().Project(_create(automaton), event_set(seen.names), result)
     return _read(result, seen)
 
 
 @isolated
 def minimize(automaton: Automaton) -> Automaton:
     """Return libFAUDES's StateMin."""
-    result = _faudes().Generator()
-    _faudes().StateMin(_create(automaton), result)
+    result = library().Generator()
+    library().StateMin(_create(automaton), result)
     return _read(result, automaton.alphabet)
 
 
-def _faudes() -> Any:
+def library() -> Any:
     import faudes
 
     faudes.StateNamesOff()  # names of product states cost more than the product
@@ -92,15 +92,15 @@ def _alphabet(automata: Iterable[Automaton]) -> Alphabet:
     return reduce(or_, (a.alphabet for a in automata), Alphabet())
 
 
-def _event_set(names: Iterable[str]) -> Any:
-    events = _faudes().NameSet()
+def event_set(names: Iterable[str]) -> Any:
+    events = library().NameSet()
     for name in names:
         events.Insert(name)
     return events
 
 
 def _create(automaton: Automaton) -> Any:
-    generator = _faudes().Generator()
+    generator = library().Generator()
     for e in automaton.alphabet.names:
         generator.InsEvent(e)
     index = [generator.EventIndex(e) for e in automaton.alphabet.names]
@@ -117,7 +117,7 @@ def _create(automaton: Automaton) -> Any:
 
 def _parallel(automata: Iterable[Automaton]) -> Any:
     """Return the parallel composition; of no automata, one marked state over no events."""
-    faudes = _faudes()
+    faudes = library()
     product = faudes.Generator()
     product.SetMarkedState(product.InsInitState())
     for automaton in automata:
@@ -127,9 +127,9 @@ def _parallel(automata: Iterable[Automaton]) -> Any:
     return product
 
 
-def _lifted(automata: list[Automaton], alphabet: Alphabet) -> Any:
+def lifted(automata: list[Automaton], alphabet: Alphabet) -> Any:
     product = _parallel(automata)
-    _faudes().InvProject(product, _event_set(alphabet.names))
+    library().InvProject(product, event_set(alphabet.names))
     return product
 
 

@@ -37,21 +37,21 @@ isolated = isolate("pitct")
 @isolated
 def sync(*automata: Automaton, alphabet: Alphabet | None = None) -> Automaton:
     """Return TCT's sync."""
-    with _session(*automata, alphabet=alphabet) as tct:
+    with session(*automata, alphabet=alphabet) as tct:
         return tct.read(tct.sync(automata))
 
 
 @isolated
 def meet(*automata: Automaton) -> Automaton:
     """Return TCT's meet: an event happens in all automata at once, or not at all."""
-    with _session(*automata) as tct:
+    with session(*automata) as tct:
         return tct.read(tct.do("meet", *(tct.create(a) for a in automata)))
 
 
 @isolated
 def trim(automaton: Automaton) -> Automaton:
     """Return TCT's trim."""
-    with _session(automaton) as tct:
+    with session(automaton) as tct:
         return tct.read(tct.do("trim", tct.create(automaton)))
 
 
@@ -63,7 +63,7 @@ def supcon(plants: Automata, specs: Automata = (), *, alphabet: Alphabet | None 
     not be the breadth-first order of the result.
     """
     plants, specs = _several(plants), _several(specs)
-    with _session(*plants, *specs, alphabet=alphabet) as tct:
+    with session(*plants, *specs, alphabet=alphabet) as tct:
         return tct.read(tct.do("supcon", tct.plant(plants), tct.legal(specs)))
 
 
@@ -71,7 +71,7 @@ def supcon(plants: Automata, specs: Automata = (), *, alphabet: Alphabet | None 
 def is_controllable(spec: Automaton, plants: Automata) -> bool:
     """Return the verdict of TCT's condat."""
     plants = _several(plants)
-    with _session(*plants, spec) as tct:
+    with session(*plants, spec) as tct:
         return tct.condat(tct.plant(plants), tct.legal([spec]))[0]
 
 
@@ -79,7 +79,7 @@ def is_controllable(spec: Automaton, plants: Automata) -> bool:
 def condat(plants: Automata, automaton: Automaton) -> Supervisor:
     """Return ``automaton`` with the controllable events that TCT's condat lists as disabled."""
     plants = _several(plants)
-    with _session(*plants, automaton) as tct:
+    with session(*plants, automaton) as tct:
         _, disabled = tct.condat(tct.plant(plants), tct.legal([automaton]))
     position = {e.name: k for k, e in enumerate(automaton.alphabet) if e.controllable}
     number = _numbers(automaton)
@@ -94,7 +94,7 @@ def condat(plants: Automata, automaton: Automaton) -> Supervisor:
 def supreduce(plants: Automata, automaton: Automaton) -> Automaton:
     """Return TCT's reduction of the supervisor ``automaton``; like any heuristic, one of many."""
     plants = _several(plants)
-    with _session(*plants, automaton) as tct:
+    with session(*plants, automaton) as tct:
         plant, supervisor = tct.plant(plants), tct.legal([automaton])
         tct.do("condat", plant, supervisor, out="DAT")
         return tct.read(tct.do("supreduce", plant, supervisor, "DAT"))
@@ -103,7 +103,7 @@ def supreduce(plants: Automata, automaton: Automaton) -> Automaton:
 @isolated
 def is_nonconflicting(a: Automaton, b: Automaton) -> bool:
     """Return TCT's nonconflict."""
-    with _session(a, b) as tct:
+    with session(a, b) as tct:
         return bool(tct.tct.nonconflict(tct.legal([a]), tct.legal([b])))
 
 
@@ -111,7 +111,7 @@ def is_nonconflicting(a: Automaton, b: Automaton) -> bool:
 def project(automaton: Automaton, events: Iterable[str]) -> Automaton:
     """Return TCT's project, which is minimal."""
     seen = automaton.alphabet.restrict(events)
-    with _session(automaton) as tct:
+    with session(automaton) as tct:
         erased = [tct.labels[e] for e in automaton.alphabet.names if e not in seen]
         # pitct calls the argument ``obs``, but it is TCT's list of events to erase
         return tct.read(tct.do("project", tct.create(automaton), erased), seen)
@@ -124,14 +124,14 @@ def minimize(automaton: Automaton) -> Automaton:
     Not to be trusted (pitct 1.0.8): of 3000 random automata it took 2 for equal to smaller ones with other
     languages, where a state that lacks one event was merged with a state that lacks another.
     """
-    with _session(automaton) as tct:
+    with session(automaton) as tct:
         return tct.read(tct.do("minstate", tct.create(automaton)))
 
 
 @isolated
 def complement(automaton: Automaton) -> Automaton:
     """Return TCT's complement over the alphabet of ``automaton``."""
-    with _session(automaton) as tct:
+    with session(automaton) as tct:
         labels = [tct.labels[e] for e in automaton.alphabet.names]
         return tct.read(tct.do("complement", tct.create(automaton), labels))
 
@@ -139,7 +139,7 @@ def complement(automaton: Automaton) -> Automaton:
 @isolated
 def is_isomorphic(a: Automaton, b: Automaton) -> bool:
     """Return TCT's isomorph."""
-    with _session(a, b) as tct:
+    with session(a, b) as tct:
         return bool(tct.tct.isomorph(tct.create(a), tct.create(b)))
 
 
@@ -217,7 +217,7 @@ class _Session:
 
 
 @contextmanager
-def _session(*automata: Automaton, alphabet: Alphabet | None = None) -> Iterator[_Session]:
+def session(*automata: Automaton, alphabet: Alphabet | None = None) -> Iterator[_Session]:
     """Open a session over the alphabet of all ``automata``, in the order of ``alphabet`` if it is given."""
     union = reduce(or_, (a.alphabet for a in automata), Alphabet())
     with TemporaryDirectory(prefix="tct") as folder:

@@ -24,7 +24,7 @@ def product(n: int = 60) -> Automaton:
     layout = Layout(words=(0, 0), shifts=(0, 5), bits=(5, 5))
     states = Composed((finger(1).states, finger(2).states), ("FINGER1", "FINGER2"), layout, keys)
     return Automaton.from_arrays(
-        Alphabet(["on"]), np.arange(n + 1), np.zeros(n), (np.arange(n) + 1) % n, marked=np.arange(n) == 0,
+        Alphabet(["on"]), np.arange(n + 1), np.zeros(n, np.int32), (np.arange(n) + 1) % n, marked=np.arange(n) == 0,
         states=states, name="G",
     )  # fmt: skip
 
@@ -77,7 +77,7 @@ def test_a_large_component_is_not_drawn() -> None:
 
 
 def test_a_check_shows_its_verdict_and_witness() -> None:
-    text = "".join(parse(html(Check("controllable", False, Trace.parse("lift slip"), "SPEC forbids it"))).itertext())
+    text = "".join(parse(html(Check("controllable", False, Trace("lift slip"), "SPEC forbids it"))).itertext())
     assert text == "✗ not controllable after lift → slip: SPEC forbids it"
     assert "".join(parse(html(Check("nonblocking", True))).itertext()) == "✓ nonblocking"
     assert "ε" in html(Check("nonblocking", False, Trace(), "blocked from the start"))

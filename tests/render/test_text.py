@@ -47,7 +47,7 @@ def test_a_problem_lists_its_components_with_their_sizes() -> None:
 
 
 def test_a_check_gives_its_verdict_and_witness() -> None:
-    assert table(Check("controllable", False, Trace.parse("lift slip"), "SPEC forbids slip")).splitlines() == [
+    assert table(Check("controllable", False, Trace("lift slip"), "SPEC forbids slip")).splitlines() == [
         "property  controllable",
         "holds     no",
         "witness   lift, slip",

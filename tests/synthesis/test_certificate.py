@@ -1,6 +1,7 @@
 """A certificate of a true result is accepted; whatever is changed in it, it is rejected."""
 
 import random
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ from hypothesis import given, settings
 import thenar
 from thenar.library import glr
 from thenar.model.problem import Problem
-from thenar.synthesis.certificate import is_about, pack
+from thenar.synthesis.certificate import pack, statement
 from thenar.synthesis.verify import Verdict, read
 from thenar.testing.strategies import problems
 
@@ -46,8 +47,9 @@ def test_the_glr_certificate_is_accepted_and_is_about_glr(glr_certificate: Path)
     verdict = thenar.verify(glr_certificate)
     assert verdict, verdict.reason
     assert (verdict.states, verdict.transitions) == (2809, 6076)
-    assert is_about(*read(glr_certificate), glr.problem())
-    assert not is_about(*read(glr_certificate), Problem(glr.finger(1), name="glr"))
+    assert thenar.verify(glr_certificate, statement(glr.problem()))
+    other = thenar.verify(glr_certificate, statement(Problem(glr.finger(1), name="glr")))
+    assert other.reason == "the certificate is about another problem"
 
 
 def test_a_flipped_bit_anywhere_in_the_file_is_detected(glr_certificate: Path, tmp_path: Path) -> None:
@@ -135,6 +137,55 @@ def test_an_uncontrollable_event_that_became_controllable_is_noticed(tmp_path: P
             event["controllable"] = True
 
     assert "not largest" in tampered(glr.problem(), tmp_path, change).reason
+
+
+def test_a_controllability_that_is_no_truth_value_is_not_read_with_good_will(tmp_path: Path) -> None:
+    """In Python 0 == False, so 0 would make an event controllable here and leave the problem the same there."""
+    problem = glr.problem()
+
+    def change(arrays: Arrays, header: dict[str, Any]) -> None:
+        for event in header["events"]:
+            event["controllable"] = int(event["controllable"])
+
+    assert tampered(problem, tmp_path, change).reason == "malformed: events"
+
+
+@pytest.mark.parametrize(
+    "name", ["coords", "reason", "rank", "way", "origin", "sup_offsets", "events_0", "own_0", "marked_1"]
+)
+@pytest.mark.parametrize(
+    "hostile",
+    [
+        lambda a: a.astype(float),
+        lambda a: a.reshape(-1, 1, 1),
+        lambda a: np.zeros(0, a.dtype),
+        lambda a: a.astype(np.int64) - 2**40,
+        lambda a: a.astype(np.uint64) + 2**40,
+        lambda a: -1 - a.astype(np.int64),
+        lambda a: a[:-1],
+        lambda a: np.concatenate((a, a)),
+        lambda a: a.astype("U3"),
+        lambda a: np.array(3),
+        lambda a: np.full_like(a, 1),
+    ],
+)
+def test_hostile_arrays_are_rejected_and_nothing_breaks(
+    glr_certificate: Path, tmp_path: Path, name: str, hostile: Callable[[Any], Any]
+) -> None:
+    arrays, header = read(glr_certificate)
+    lie = hostile(arrays[name])
+    if np.array_equal(lie, arrays[name]):
+        pytest.skip("says the same")
+    verdict = thenar.verify(forge(tmp_path / "lie.cert", {**arrays, name: lie}, header))
+    assert not verdict
+    assert verdict.reason
+
+
+@pytest.mark.parametrize("name", ["coords", "way", "origin", "sup_marked", "own_1", "targets_0"])
+def test_a_missing_array_is_noticed(glr_certificate: Path, tmp_path: Path, name: str) -> None:
+    arrays, header = read(glr_certificate)
+    del arrays[name]
+    assert thenar.verify(forge(tmp_path / "lie.cert", arrays, header)).reason == f"malformed: {name}"
 
 
 def test_what_is_no_certificate_is_refused(tmp_path: Path) -> None:

@@ -95,11 +95,16 @@ def test_every_removed_state_is_explained(problem: Problem) -> None:
         trace = thenar.shortest_trace(legal, to=q)
         assert trace is not None
         why = thenar.explain_removed(result, trace)
-        survives = result.supervisor.automaton.generates(trace)
-        if survives:
-            assert why.verdict == "enabled"
-        elif result:
-            assert why.verdict in ("uncontrollable", "blocking", "enabled")
+        # by some trace, perhaps another one, the supervisor may reach the very state
+        there = legal.states[q] in names_of(result.supervisor.automaton)
+        if why.verdict == "enabled":
+            assert there, (why, trace)
+        elif there and len(problem.automata) > 1:  # then the trace leads there through a removed state
+            assert len(why.after) < len(trace), (why, trace)
+
+
+def names_of(automaton: thenar.Automaton) -> set[str]:
+    return {automaton.states[q] for q in range(automaton.n_states)}
 
 
 def test_the_third_increase_of_the_grip_force_is_disabled_by_specification_4() -> None:
@@ -158,7 +163,8 @@ def test_two_specifications_that_cannot_be_met_together_are_named() -> None:
     assert reason.conflict == ("NO_A", "NO_B")
     assert str(reason) == (
         "No supervisor exists: NO_A and NO_B cannot be met together; without any one of them there is one. "
-        "Already at the start nothing could happen any more in state '0|s|s', which is not marked (a deadlock)."
+        "Already at the start nothing could happen any more in state '0|s|s', which is not marked "
+        "(a deadlock: NO_A forbids a in its state 's', and NO_B forbids b in its state 's')."
     )
 
 

@@ -8,7 +8,6 @@
 #include <nanobind/stl/vector.h>
 
 #include <optional>
-#include <stdexcept>
 
 #include "explore.hpp"
 #include "graph.hpp"
@@ -50,7 +49,7 @@ Graph graph(const In<i64>& offsets, const In<i32>& events, const In<i32>& target
   return {static_cast<i64>(offsets.shape(0)) - 1, offsets.data(), events.data(), targets.data()};
 }
 
-struct Automaton {  // keeps the arrays of a component alive while it is in use
+struct PyComponent {  // keeps the arrays of a component alive while it is in use
   In<i64> offsets;
   In<i32> events, targets;
   In<u8> marked, own;
@@ -59,11 +58,11 @@ struct Automaton {  // keeps the arrays of a component alive while it is in use
 };
 
 struct PyExploration {
-  std::vector<Automaton> inputs;
+  std::vector<PyComponent> inputs;
   std::unique_ptr<Exploration> self;
 };
 
-std::unique_ptr<PyExploration> explore(std::vector<Automaton> inputs, In<u8> uncontrollable, Ticker& ticker) {
+std::unique_ptr<PyExploration> explore(std::vector<PyComponent> inputs, In<u8> uncontrollable, Ticker& ticker) {
   std::vector<Component> components;
   for (const auto& a : inputs)
     components.push_back(
@@ -89,7 +88,7 @@ NB_MODULE(kernel, m) {
       nb::object type = nb::module_::import_("thenar.errors").attr("LimitReached");
       nb::object error = type(hit.limit, hit.bound, hit.states, hit.transitions);
       PyErr_SetObject(type.ptr(), error.ptr());
-    } catch (const std::length_error& error) {  // more components than a packed state holds
+    } catch (const TooWide& error) {
       PyErr_SetString(nb::module_::import_("thenar.errors").attr("InputError").ptr(), error.what());
     }
   });
@@ -114,12 +113,12 @@ NB_MODULE(kernel, m) {
           "states"_a = nb::none(), "transitions"_a = nb::none(), "bytes"_a = nb::none(), "seconds"_a = nb::none(),
           "progress"_a = nb::none());
 
-  nb::class_<Automaton>(m, "Component")
+  nb::class_<PyComponent>(m, "Component")
       .def(
           "__init__",
-          [](Automaton* self, In<i64> offsets, In<i32> events, In<i32> targets, In<u8> marked, In<u8> own, i32 initial,
+          [](PyComponent* self, In<i64> offsets, In<i32> events, In<i32> targets, In<u8> marked, In<u8> own, i32 initial,
              bool plant) {
-            new (self) Automaton{std::move(offsets), std::move(events), std::move(targets), std::move(marked),
+            new (self) PyComponent{std::move(offsets), std::move(events), std::move(targets), std::move(marked),
                                  std::move(own),     initial,           plant};
           },
           "offsets"_a, "events"_a, "targets"_a, "marked"_a, "own"_a, "initial"_a, "plant"_a);
@@ -147,17 +146,15 @@ NB_MODULE(kernel, m) {
                      auto& x = *nb::cast<PyExploration&>(h).self;
                      return show(x.reason.data(), x.reason.size(), h);
                    }, nb::rv_policy::automatic)
-      .def_prop_ro("marked", [](const PyExploration& x) { return unpack(x.self->marked()); },
-                   nb::rv_policy::automatic)
       .def_prop_ro("illegal", [](const PyExploration& x) { return unpack(x.self->illegal()); },
                    nb::rv_policy::automatic)
       .def(
           "fixpoint",
-          [](PyExploration& x, bool nonblocking, Ticker& ticker) {
+          [](PyExploration& x, Ticker& ticker) {
             nb::gil_scoped_release free;
-            x.self->fixpoint(nonblocking, ticker);
+            x.self->fixpoint(ticker);
           },
-          "nonblocking"_a, "ticker"_a)
+          "ticker"_a)
       .def(
           "extract",
           [](const PyExploration& x, Ticker& ticker) {
@@ -194,49 +191,49 @@ NB_MODULE(kernel, m) {
           "state"_a)
       .def(
           "path",
-          [](const PyExploration& x, u32 start, In<u8> goal, In<u8> inside,
-             bool uncontrollable_only) -> std::optional<std::pair<std::vector<i32>, std::vector<i64>>> {
+          [](const PyExploration& x, u32 start, In<u8> goal, In<u8> inside, bool uncontrollable_only,
+             Ticker& ticker) -> std::optional<std::pair<std::vector<i32>, std::vector<i64>>> {
             std::vector<i32> events;
             std::vector<i64> states;
             nb::gil_scoped_release free;
-            if (!x.self->path(start, goal.data(), inside.data(), uncontrollable_only, events, states)) return {};
+            if (!x.self->path(start, goal.data(), inside.data(), uncontrollable_only, ticker, events, states)) return {};
             return std::make_pair(std::move(events), std::move(states));
           },
-          "start"_a, "goal"_a, "inside"_a, "uncontrollable_only"_a);
+          "start"_a, "goal"_a, "inside"_a, "uncontrollable_only"_a, "ticker"_a);
 
   m.def("explore", &explore, "components"_a, "uncontrollable"_a, "ticker"_a);
   m.def(
       "distance_to",
-      [](In<i64> offsets, In<i32> events, In<i32> targets, In<u8> goal) {
+      [](In<i64> offsets, In<i32> events, In<i32> targets, In<u8> goal, Ticker& ticker) {
         std::vector<i32> distance;
         {
           nb::gil_scoped_release free;
-          distance = distance_to(graph(offsets, events, targets), goal.data());
+          distance = distance_to(graph(offsets, events, targets), goal.data(), ticker);
         }
         return give(std::move(distance));
       },
-      "offsets"_a, "events"_a, "targets"_a, "goal"_a);
+      "offsets"_a, "events"_a, "targets"_a, "goal"_a, "ticker"_a);
   m.def(
       "shortest_path",
-      [](In<i64> offsets, In<i32> events, In<i32> targets, i64 initial,
-         In<u8> goal) -> std::optional<std::vector<i64>> {
+      [](In<i64> offsets, In<i32> events, In<i32> targets, i64 initial, In<u8> goal,
+         Ticker& ticker) -> std::optional<std::vector<i64>> {
         std::vector<i64> transitions;
         nb::gil_scoped_release free;
-        if (!shortest_path(graph(offsets, events, targets), initial, goal.data(), transitions)) return {};
+        if (!shortest_path(graph(offsets, events, targets), initial, goal.data(), ticker, transitions)) return {};
         return transitions;
       },
-      "offsets"_a, "events"_a, "targets"_a, "initial"_a, "goal"_a);
+      "offsets"_a, "events"_a, "targets"_a, "initial"_a, "goal"_a, "ticker"_a);
   m.def(
       "minimize",
-      [](In<i64> offsets, In<i32> events, In<i32> targets, i64 n_events, In<u8> marked) {
+      [](In<i64> offsets, In<i32> events, In<i32> targets, i64 n_events, In<u8> marked, Ticker& ticker) {
         std::vector<i32> block;
         {
           nb::gil_scoped_release free;
-          block = minimize(graph(offsets, events, targets), n_events, marked.data());
+          block = minimize(graph(offsets, events, targets), n_events, marked.data(), ticker);
         }
         return give(std::move(block));
       },
-      "offsets"_a, "events"_a, "targets"_a, "n_events"_a, "marked"_a);
+      "offsets"_a, "events"_a, "targets"_a, "n_events"_a, "marked"_a, "ticker"_a);
   m.def(
       "project",
       [](In<i64> offsets, In<i32> events, In<i32> targets, i64 n_events, i64 initial, In<u8> marked, In<u8> hidden,

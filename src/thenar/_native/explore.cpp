@@ -132,7 +132,7 @@ class Explorer final : public Exploration {
         if (illegal) degree = n_free = 0;
         const u64 begin = targets_.size();
         row_of_.push(begin);
-        n_free_.push(static_cast<u16>(n_free));
+        n_free_.push(static_cast<u32>(n_free));
         targets_.extend(degree);
         if (illegal) continue;
         u64 next_free = begin, next = begin + n_free;
@@ -155,7 +155,8 @@ class Explorer final : public Exploration {
         if (id == fresh) keys_.push(s.key);
         targets_[s.slot] = id;
       }
-      const u64 bytes = visited.bytes() + keys_.bytes() + row_of_.bytes() + targets_.bytes() + n_free_.bytes();
+      const u64 bytes = product_.bytes() + visited.bytes() + keys_.bytes() + row_of_.bytes() + targets_.bytes() +
+                        n_free_.bytes();
       ticker.check(keys_.size(), targets_.size(), bytes);
       ticker.tick(n + 64, keys_.size(), targets_.size());
     }
@@ -219,15 +220,19 @@ class Explorer final : public Exploration {
       const u64 top = product_.marker() / 64, marker_bit = u64{1} << product_.marker() % 64;
       const bool plants_marked = scratch.plant[top] & marker_bit;
       scratch.plant[top] &= ~marker_bit;
+      auto forbid = [&](u64 w, u64 events) {
+        const u64 event = w * 64 + static_cast<u64>(std::countr_zero(events));
+        blame([&](u64 c) { return components_[c].own[event] && !defined(components_[c].graph, at(c), event); });
+      };
       for (u64 w = 0; w < scratch.plant.size(); ++w) {
-        u64 forbidden = scratch.plant[w] & ~scratch.spec[w];
+        const u64 forbidden = scratch.plant[w] & ~scratch.spec[w];
         if (why == Reason::illegal) {
-          forbidden &= product_.uncontrollable()[w];
-          forbidden &= -forbidden;  // one event is enough to break a specification
-        }
-        for (; forbidden; forbidden &= forbidden - 1) {
-          const u64 event = w * 64 + static_cast<u64>(std::countr_zero(forbidden));
-          blame([&](u64 c) { return components_[c].own[event] && !defined(components_[c].graph, at(c), event); });
+          if (const u64 breaks = forbidden & product_.uncontrollable()[w]) {
+            forbid(w, breaks);
+            break;  // one event is enough to break a specification
+          }
+        } else {
+          for (u64 events = forbidden; events; events &= events - 1) forbid(w, events);
         }
       }
       if (why == Reason::blocking) {
@@ -276,7 +281,7 @@ std::unique_ptr<Exploration> Exploration::make(std::vector<Component> components
   if (n <= 4) return build.operator()<4>();
   if (n <= 16) return build.operator()<16>();
   if (n <= 64) return build.operator()<64>();
-  throw std::length_error("a product state needs " + std::to_string(n * 64) + " bits; the explicit engine packs 4096");
+  throw TooWide("a product state needs " + std::to_string(n * 64) + " bits; the explicit engine packs 4096");
 }
 
 }  // namespace thenar

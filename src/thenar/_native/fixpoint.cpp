@@ -62,11 +62,11 @@ Bits Exploration::alive() const {
   return alive;
 }
 
-// Remove states from which an uncontrollable event leads to a removed state.
-void Exploration::spread(Bits& alive, Ticker& ticker) {
+i32 Exploration::spread(Bits& alive, i32 level, Ticker& ticker) {
   auto remove = [&](u64 x, u32 because) {
     alive.clear(x);
     rank[x] = rank[because] + 1;
+    level = std::max(level, rank[x]);
     reason[x] = static_cast<u8>(Reason::uncontrollable);
   };
   auto free_end = [&](u64 x) { return row_of_[x] + n_free_[x]; };
@@ -79,7 +79,7 @@ void Exploration::spread(Bits& alive, Ticker& ticker) {
     ticker.tick(1 + n_free_[x], n_states(), n_transitions());
     return false;
   };
-  if (sweep(alive.n_words(), [&](u64 w) { return alive.word(w); }, visit)) return;
+  if (sweep(alive.n_words(), [&](u64 w) { return alive.word(w); }, visit)) return level;
   const Reversed back(n_states(), targets_.data(), [&](u64 x) { return row_of_[x]; }, free_end);
   std::vector<u32> stack;
   for (u64 x = 0; x < n_states(); ++x)
@@ -94,6 +94,7 @@ void Exploration::spread(Bits& alive, Ticker& ticker) {
       }
     ticker.tick(1, n_states(), n_transitions());
   }
+  return level;
 }
 
 Bits Exploration::coreachable(const Bits& alive, Ticker& ticker) const {
@@ -126,7 +127,7 @@ Bits Exploration::coreachable(const Bits& alive, Ticker& ticker) const {
   return co;
 }
 
-void Exploration::fixpoint(bool nonblocking, Ticker& ticker) {
+void Exploration::fixpoint(Ticker& ticker) {
   const u64 n = n_states();
   rank.assign(n, -1);
   reason.assign(n, static_cast<u8>(Reason::survives));
@@ -137,10 +138,9 @@ void Exploration::fixpoint(bool nonblocking, Ticker& ticker) {
       rank[x] = 0;
       reason[x] = static_cast<u8>(Reason::illegal);
     }
-  spread(alive, ticker);
-  while (nonblocking) {
+  for (i32 level = 0;;) {
+    level = spread(alive, level, ticker) + 1;  // above all ranks given so far
     const Bits co = coreachable(alive, ticker);
-    const i32 level = 1 + *std::max_element(rank.begin(), rank.end());
     bool removed = false;
     for (u64 w = 0; w < alive.n_words(); ++w) {
       const u64 blocked = alive.word(w) & ~co.word(w);
@@ -152,7 +152,6 @@ void Exploration::fixpoint(bool nonblocking, Ticker& ticker) {
       });
     }
     if (!removed) return;
-    spread(alive, ticker);
   }
 }
 
@@ -191,8 +190,8 @@ Extract Exploration::extract(Ticker& ticker) const {
   return out;
 }
 
-bool Exploration::path(u32 start, const u8* goal, const u8* inside, bool uncontrollable_only, std::vector<i32>& events,
-                       std::vector<i64>& states) const {
+bool Exploration::path(u32 start, const u8* goal, const u8* inside, bool uncontrollable_only, Ticker& ticker,
+                       std::vector<i32>& events, std::vector<i64>& states) const {
   struct Step {
     u32 state, parent;
     i32 event;
@@ -214,6 +213,7 @@ bool Exploration::path(u32 start, const u8* goal, const u8* inside, bool uncontr
       return true;
     }
     row(x, scratch);
+    ticker.tick(scratch.row.size() + 1, n_states(), n_transitions());
     for (const auto& [event, target] : scratch.row) {
       if (seen[target] || !(inside[target] || goal[target])) continue;
       if (uncontrollable_only && !uncontrollable_[event]) continue;

@@ -6,7 +6,7 @@
 
 namespace thenar {
 
-std::vector<i32> distance_to(const Graph& g, const u8* goal) {
+std::vector<i32> distance_to(const Graph& g, const u8* goal, Ticker& ticker) {
   const i64 n = g.n_states, m = g.offsets[n];
   std::vector<i64> offsets(n + 2);
   std::vector<i32> sources(m);
@@ -19,13 +19,14 @@ std::vector<i32> distance_to(const Graph& g, const u8* goal) {
     if (goal[q]) distance[q] = 0, queue.push_back(static_cast<i32>(q));
   for (u64 head = 0; head < queue.size(); ++head) {
     const i32 t = queue[head];
+    ticker.tick(offsets[t + 1] - offsets[t] + 1, n, m);
     for (i64 k = offsets[t]; k < offsets[t + 1]; ++k)
       if (distance[sources[k]] < 0) distance[sources[k]] = distance[t] + 1, queue.push_back(sources[k]);
   }
   return distance;
 }
 
-bool shortest_path(const Graph& g, i64 initial, const u8* goal, std::vector<i64>& transitions) {
+bool shortest_path(const Graph& g, i64 initial, const u8* goal, Ticker& ticker, std::vector<i64>& transitions) {
   struct Step {
     i64 state, parent, transition;
   };
@@ -39,6 +40,7 @@ bool shortest_path(const Graph& g, i64 initial, const u8* goal, std::vector<i64>
       std::reverse(transitions.begin(), transitions.end());
       return true;
     }
+    ticker.tick(g.offsets[q + 1] - g.offsets[q] + 1, g.n_states, g.offsets[g.n_states]);
     for (i64 k = g.offsets[q]; k < g.offsets[q + 1]; ++k)
       if (const i64 t = g.targets[k]; !seen[t]) seen.set(t), queue.push_back({t, static_cast<i64>(head), k});
   }
@@ -95,7 +97,7 @@ class Partition {
 
 // Partition refinement over states and transitions at once, O(m log n).   [Valmari, IPL 112(6), 2012]
 // A missing transition is not one to a dead state: the closed behaviour is kept as well.
-std::vector<i32> minimize(const Graph& g, i64 n_events, const u8* marked) {
+std::vector<i32> minimize(const Graph& g, i64 n_events, const u8* marked, Ticker& ticker) {
   const i64 n = g.n_states, m = g.offsets[n];
   std::vector<i32> source(m);
   for (i64 q = 0; q < n; ++q) std::fill(source.begin() + g.offsets[q], source.begin() + g.offsets[q + 1], static_cast<i32>(q));
@@ -119,7 +121,9 @@ std::vector<i32> minimize(const Graph& g, i64 n_events, const u8* marked) {
   for (i64 c = 0, b = 0; c < edges.n_blocks(); ++c) {
     for (i64 k = edges.first(c); k < edges.end(c); ++k) states.mark(source[edges.element(k)]);
     states.split();
+    ticker.tick(edges.end(c) - edges.first(c) + 1, n, m);
     for (; b < states.n_blocks(); ++b) {
+      ticker.tick(states.end(b) - states.first(b) + 1, n, m);
       for (i64 p = states.first(b); p < states.end(b); ++p) {
         const i64 q = states.element(p);
         for (i64 k = offsets[q]; k < offsets[q + 1]; ++k) edges.mark(incoming[k]);

@@ -46,14 +46,12 @@ class Exploration:
     @property
     def keys(self) -> NDArray[np.uint64]: ...
     @property
-    def marked(self) -> NDArray[np.uint8]: ...
-    @property
     def illegal(self) -> NDArray[np.uint8]: ...
     @property
     def rank(self) -> NDArray[np.int32]: ...
     @property
     def reason(self) -> NDArray[np.uint8]: ...
-    def fixpoint(self, nonblocking: bool, ticker: Ticker) -> None: ...
+    def fixpoint(self, ticker: Ticker) -> None: ...
     def extract(
         self, ticker: Ticker
     ) -> tuple[
@@ -72,12 +70,21 @@ class Exploration:
 
     def row(self, state: int) -> list[tuple[int, int]]: ...
     def path(
-        self, start: int, goal: NDArray[np.uint8], inside: NDArray[np.uint8], uncontrollable_only: bool
+        self,
+        start: int,
+        goal: NDArray[np.uint8],
+        inside: NDArray[np.uint8],
+        uncontrollable_only: bool,
+        ticker: Ticker,
     ) -> tuple[list[int], list[int]] | None: ...
 
 def explore(components: Sequence[Component], uncontrollable: NDArray[np.uint8], ticker: Ticker) -> Exploration: ...
 def distance_to(
-    offsets: NDArray[np.int64], events: NDArray[np.int32], targets: NDArray[np.int32], goal: NDArray[np.uint8]
+    offsets: NDArray[np.int64],
+    events: NDArray[np.int32],
+    targets: NDArray[np.int32],
+    goal: NDArray[np.uint8],
+    ticker: Ticker,
 ) -> NDArray[np.int32]: ...
 def shortest_path(
     offsets: NDArray[np.int64],
@@ -85,6 +92,7 @@ def shortest_path(
     targets: NDArray[np.int32],
     initial: int,
     goal: NDArray[np.uint8],
+    ticker: Ticker,
 ) -> list[int] | None: ...
 def minimize(
     offsets: NDArray[np.int64],
@@ -92,6 +100,7 @@ def minimize(
     targets: NDArray[np.int32],
     n_events: int,
     marked: NDArray[np.uint8],
+    ticker: Ticker,
 ) -> NDArray[np.int32]: ...
 def project(
     offsets: NDArray[np.int64],

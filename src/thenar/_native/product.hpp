@@ -2,7 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <stdexcept>
 
 #include "explore.hpp"
 
@@ -48,8 +47,11 @@ class Product {
       : n_events_(uncontrollable.size()), n_words_(n_events_ / 64 + 1), uncontrollable_(n_words_), moves_(n_events_) {
     for (u64 e = 0; e < n_events_; ++e)
       if (uncontrollable[e]) uncontrollable_[e / 64] |= u64{1} << e % 64;
-    valid_.assign(n_words_, ~u64{0});
-    valid_.back() = n_events_ % 64 == 63 ? ~u64{0} : (u64{2} << n_events_ % 64) - 1;
+    valid_.assign(n_words_, 0);  // an event that no component has never happens
+    for (const Component& c : components)
+      for (u64 e = 0; e < n_events_; ++e)
+        if (c.own[e]) valid_[e / 64] |= u64{1} << e % 64;
+    valid_.back() |= u64{1} << marker() % 64;
     for (u64 c = 0; c < components.size(); ++c) {
       const Field field{layout.words[c], layout.shifts[c], low_bits(layout.bits[c])};
       add_moves(components[c], field);
@@ -67,6 +69,12 @@ class Product {
   }
 
   u64 event_words() const { return n_words_; }
+  u64 bytes() const {
+    u64 words = 0;
+    for (const Group& g : groups_) words += g.rows.size();
+    for (const auto& table : dense_) words += table.size();
+    return words * sizeof(u64);
+  }
   const Key<W>& initial() const { return initial_; }
   const u64* uncontrollable() const { return uncontrollable_.data(); }
   // The bit after the last event says whether every component is in a marked state.

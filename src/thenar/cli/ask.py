@@ -2,14 +2,26 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from thenar.cli.common import as_json, find_event, find_trace, load_problem, models, print_json, say
+from thenar.cli.common import (
+    as_json,
+    find_event,
+    find_trace,
+    limits,
+    load_problem,
+    make_limits,
+    models,
+    print_json,
+    progress,
+    say,
+)
 from thenar.errors import InputError
 
 if TYPE_CHECKING:
+    from thenar.model.problem import Problem
     from thenar.synthesis.api import SynthesisResult
     from thenar.synthesis.explain import Explanation
     from thenar.synthesis.simulate import Step
@@ -20,21 +32,29 @@ if TYPE_CHECKING:
 @click.option("--after", metavar="TRACE", help="Where to ask: after these events, separated by commas.")
 @click.option("--state", type=click.IntRange(0), metavar="N", help="Where to ask: in supervisor state N.")
 @click.option("--event", metavar="E", help="The event to ask about; default: every disabled one.")
+@limits
 @as_json
-def explain(model: tuple[str, ...], after: str | None, state: int | None, event: str | None, json_: bool) -> None:
+def explain(
+    model: tuple[str, ...], after: str | None, state: int | None, event: str | None, json_: bool, **bounds: Any
+) -> None:
     """Say why an event is disabled, why a trace is prevented, or why no supervisor exists.
 
     The '*' at the end of an event's name may be left out.
     """
-    from thenar.synthesis.api import synthesize
-
-    result = synthesize(load_problem(model))
+    result = _synthesize(load_problem(model), bounds)
     found = _explanations(result, after, state, event)
     if json_:
         print_json([e.to_dict() for e in found])
         return
     for k, e in enumerate(found):
         say("\n" * (k > 0) + click.wrap_text(str(e), width=100))
+
+
+def _synthesize(problem: Problem, bounds: dict[str, Any]) -> SynthesisResult:
+    from thenar.synthesis.api import synthesize
+
+    with progress() as show:
+        return synthesize(problem, limits=make_limits(**bounds), progress=show)
 
 
 def _explanations(
@@ -83,12 +103,18 @@ def _explanations(
 @click.option("--interactive", "-i", is_flag=True, help="Choose each event yourself.")
 @click.option("--random", "length", type=click.IntRange(0), metavar="N", help="Let N enabled events happen at random.")
 @click.option("--seed", type=int, default=0, show_default=True, metavar="S", help="Seed of --random.")
+@limits
 @as_json
 def simulate(
-    model: tuple[str, ...], trace: str | None, interactive: bool, length: int | None, seed: int, json_: bool
+    model: tuple[str, ...],
+    trace: str | None,
+    interactive: bool,
+    length: int | None,
+    seed: int,
+    json_: bool,
+    **bounds: Any,
 ) -> None:
     """Step the supervised system, and say at each step what is enabled and what is disabled."""
-    from thenar.synthesis.api import synthesize
     from thenar.synthesis.simulate import random_trace
     from thenar.synthesis.simulate import simulate as run
 
@@ -96,9 +122,12 @@ def simulate(
         raise InputError("say what to simulate: one of --trace, --interactive and --random")
     problem = load_problem(model)
     names = None if trace is None else find_trace(problem.alphabet, trace)
-    result = synthesize(problem)
+    result = _synthesize(problem, bounds)
     if not result:
-        say(str(result.reason))
+        if json_:
+            print_json({"reason": result.reason.to_dict() if result.reason else None})
+        else:
+            say(str(result.reason))
         raise click.exceptions.Exit(1)
     if interactive:
         _interact(result)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Container, Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
@@ -20,12 +20,23 @@ if TYPE_CHECKING:
     from thenar.model.problem import Problem
     from thenar.model.trace import Trace
 
-__all__ = ["as_json", "find_event", "find_trace", "limits", "load_problem", "models", "print_json", "progress", "say"]
+__all__ = [
+    "as_json",
+    "find_event",
+    "find_trace",
+    "limits",
+    "load_problem",
+    "make_limits",
+    "models",
+    "print_json",
+    "progress",
+    "say",
+]
 
 F = TypeVar("F", bound=Callable[..., Any])
 
 models = click.argument("model", nargs=-1, required=True, metavar="MODEL...")
-as_json = click.option("--json", "json_", is_flag=True, help="Print one JSON object instead of text.")
+as_json = click.option("--json", "json_", is_flag=True, help="Print JSON instead of text.")
 
 
 def limits(function: F) -> F:
@@ -50,9 +61,9 @@ def make_limits(max_states: int | None, max_seconds: float | None, max_bytes: in
 def load_problem(names: tuple[str, ...]) -> Problem:
     """Load library models and files; several are composed into one problem."""
     from thenar import io, library
-    from thenar.model.problem import Problem
+    from thenar.model.problem import compose
 
-    files = [n for n in names if n == "-" or _is_file(n)]
+    files = [n for n in names if _is_file(n, library.MODELS)]
     problems = []
     for name in names:
         if name not in files:
@@ -64,20 +75,15 @@ def load_problem(names: tuple[str, ...]) -> Problem:
                 raise InputError(
                     f"no file and no library model is called {name!r}{near}; library models: {known}"
                 ) from None
-    if files:
-        problems.append(io.load(*files))
-    if len(problems) == 1:
-        return problems[0]
-    return Problem(
-        [a for p in problems for a in p.plants],
-        [a for p in problems for a in p.specs],
-        name=" + ".join(p.name for p in problems if p.name),
-    )
+        elif name == files[0]:  # files share their events, so they are read together
+            problems.append(io.load(*files))
+    return compose(problems)
 
 
-def _is_file(name: str) -> bool:
-    """Tell a path from the name of a library model: it exists, or it looks like one."""
-    return Path(name).exists() or name.endswith((".toml", ".json")) or "/" in name
+def _is_file(name: str, models: Container[str]) -> bool:
+    """Tell a file from the name of a library model: it looks like one, or it is there and no model is called so."""
+    looks = name == "-" or "/" in name or name.endswith((".toml", ".json"))
+    return looks or (name not in models and os.path.exists(name))
 
 
 def find_event(alphabet: Alphabet, name: str) -> str:
@@ -89,7 +95,7 @@ def find_trace(alphabet: Alphabet, text: str) -> Trace:
     """Read a trace; raises UnknownName for its first unknown event."""
     from thenar.model.trace import Trace
 
-    return Trace(find_event(alphabet, name) for name in Trace.parse(text))
+    return Trace(find_event(alphabet, name) for name in Trace(text))
 
 
 @contextmanager
@@ -120,7 +126,7 @@ def progress() -> Iterator[Progress | None]:
 
 
 def print_json(value: object) -> None:
-    """Print one JSON object."""
+    """Print as JSON."""
     click.echo(json.dumps(value, ensure_ascii=False, indent=2))
 
 

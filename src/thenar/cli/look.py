@@ -2,11 +2,21 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
-from thenar.cli.common import as_json, find_trace, load_problem, models, print_json, say
+from thenar.cli.common import (
+    as_json,
+    find_trace,
+    limits,
+    load_problem,
+    make_limits,
+    models,
+    print_json,
+    progress,
+    say,
+)
 from thenar.errors import InputError
 
 if TYPE_CHECKING:
@@ -25,6 +35,8 @@ FORMATS = ("text", "mermaid", "svg")
 @click.option("--after", metavar="TRACE", help="Highlight the way along these events.")
 @click.option("--layout", type=click.Choice(["own", "dot"]), default="own", help="Who places the states of an svg.")
 @click.option("-o", "--output", metavar="OUT", help="Write to OUT instead of standard output.")
+@limits
+@as_json
 def show(
     model: tuple[str, ...],
     format_: str,
@@ -32,23 +44,29 @@ def show(
     after: str | None,
     layout: Literal["own", "dot"],
     output: str | None,
+    json_: bool,
+    **bounds: Any,
 ) -> None:
-    """Show a model: its automata as a table, as Mermaid text or as a drawing.
+    """Show a model: its automata as a table, as Mermaid text or as a drawing; with --json, as a model file.
 
-    Without --automaton the text form lists the whole problem; drawings need one automaton.
+    Without --automaton the whole problem is shown; a drawing needs one automaton.
     """
     from thenar import io, render
+    from thenar.model.supervisor import Supervisor
 
     problem = load_problem(model)
     if output is not None:
         io.check_writable(output)
-    if format_ == "text" and automaton is None:
+    if json_:
+        whole = problem if automaton is None else _choose(problem, automaton, bounds)
+        text = io.dumps(whole.automaton if isinstance(whole, Supervisor) else whole, "json").rstrip("\n")
+    elif format_ == "text" and automaton is None:
         text = "\n\n".join([render.table(problem), *(render.table(a) for a in problem.automata)])
     else:
         if automaton is None and len(problem.automata) > 1:
             names = ", ".join([*(a.name for a in problem.automata), "plant", "supervisor"])
             raise InputError(f"a drawing shows one automaton; choose with --automaton: {names}")
-        chosen = _choose(problem, automaton or problem.automata[0].name)
+        chosen = _choose(problem, automaton or problem.automata[0].name, bounds)
         path = None if after is None else _seen_by(chosen, find_trace(problem.alphabet, after))
         if format_ == "text":
             text = render.table(chosen)
@@ -62,15 +80,17 @@ def show(
         io.atomic_write(output, text + "\n")
 
 
-def _choose(problem: Problem, name: str) -> Automaton | Supervisor:
+def _choose(problem: Problem, name: str, bounds: dict[str, Any]) -> Automaton | Supervisor:
     from thenar.explicit.products import sync
     from thenar.synthesis.api import synthesize
 
-    if name == "plant":
-        return sync(*problem.plants)
-    if name == "supervisor":
-        return synthesize(problem).supervisor
-    return problem.automaton(name)
+    if name not in ("plant", "supervisor"):
+        return problem.automaton(name)
+    with progress() as show:
+        within = make_limits(**bounds)
+        if name == "plant":
+            return sync(*problem.plants, limits=within, progress=show)
+        return synthesize(problem, limits=within, progress=show).supervisor
 
 
 def _seen_by(chosen: Automaton | Supervisor, trace: Trace) -> Trace:

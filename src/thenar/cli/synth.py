@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -9,7 +10,7 @@ import click
 from thenar.cli.common import as_json, limits, load_problem, make_limits, models, print_json, progress, say
 
 if TYPE_CHECKING:
-    from thenar.model.limits import Progress
+    from thenar.model.limits import Limits, Progress
     from thenar.model.problem import Problem
     from thenar.model.trace import Check
     from thenar.synthesis.api import SynthesisResult
@@ -49,7 +50,7 @@ def synth(
         # not taken on trust: checked again on the result, as the properties of any automaton are
         controllable = bool(is_controllable(supervisor, problem.plants, progress=show))
         nonblocking = bool(is_nonblocking(supervisor))
-        plant = _plant_size(problem, result, show)
+        plant = _plant_size(problem, result, make_limits(**bounds), show)
     if certificate_ is not None:
         io.atomic_write(certificate_, certificate(result))
     if output is not None and result:
@@ -68,20 +69,23 @@ def synth(
         )
     else:
         _report(problem, result, plant, output if result else None, certificate_)
-    if not result:
+        if result:
+            say(f"  checked: {'' if controllable else 'NOT '}controllable, {'' if nonblocking else 'NOT '}nonblocking")
+    if not (result and controllable and nonblocking):
         raise click.exceptions.Exit(1)
 
 
 def _plant_size(
-    problem: Problem, result: SynthesisResult, show: Progress | None
+    problem: Problem, result: SynthesisResult, bounds: Limits, show: Progress | None
 ) -> tuple[int, int] | tuple[None, None]:
     """Return the states and transitions of the plants' product; None where counting them would dwarf the synthesis."""
     from thenar.errors import LimitReached
     from thenar.explicit.products import sync
-    from thenar.model.limits import Limits
 
+    most = max(4 * result.explored.states, 1_000_000)
+    bounds = replace(bounds, states=most if bounds.states is None else min(bounds.states, most))
     try:
-        plant = sync(*problem.plants, limits=Limits(states=max(4 * result.explored.states, 1_000_000)), progress=show)
+        plant = sync(*problem.plants, limits=bounds, progress=show)
     except LimitReached:
         return None, None
     return plant.n_states, plant.n_transitions
@@ -171,14 +175,11 @@ def verify(file: str, model: tuple[str, ...], json_: bool) -> None:
 
     Exit code 1 if the certificate proves nothing, 2 if it is none or damaged.
     """
-    from thenar.synthesis.certificate import is_about
-    from thenar.synthesis.verify import read
+    from thenar.synthesis.certificate import statement
     from thenar.synthesis.verify import verify as verify_file
 
-    verdict = verify_file(file)
+    verdict = verify_file(file, statement(load_problem(model)) if model else None)
     holds, reason = bool(verdict), verdict.reason
-    if holds and model and not is_about(*read(file), load_problem(model)):
-        holds, reason = False, f"the certificate is about another problem than {' '.join(model)}"
     if json_:
         supervisor = {"states": verdict.states, "transitions": verdict.transitions}
         print_json({"holds": holds, "reason": reason, "problem": verdict.problem, "supervisor": supervisor})

@@ -2,33 +2,35 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from thenar.errors import InputError
-from thenar.explicit.kernel import Automata, Exploration, as_tuple, ticker
+from thenar.explicit.exploration import Automata, Exploration, as_tuple, common_alphabet, ticker
 from thenar.explicit.products import sync
 from thenar.model.automaton import Automaton
-from thenar.model.events import Alphabet, merge
 from thenar.model.limits import Limits, Progress
 from thenar.model.supervisor import Supervisor
 from thenar.model.trace import Check, Trace
 
-__all__ = ["closed_loop", "condat", "is_controllable", "supcon"]
+__all__ = ["allows", "closed_loop", "condat", "forbidden", "is_controllable", "supcon"]
 
 
 def supcon(
     plant: Automata,
     spec: Automata,
     *,
-    name: str = "",
+    name: str = "supC",
     limits: Limits | None = None,
     progress: Progress | None = None,
 ) -> Automaton:
     """Return sup C(E, G): the largest controllable, nonblocking part of what ``plant`` does and ``spec`` allows.
 
     Several plants, or specifications, stand for their synchronous product, which is never built on its own.
-    The states are those of the product that survive, numbered breadth-first, as TCT's supcon gives them.
-    Time O(|δ|) per round, one round for most models; empty (0 states) when no supervisor exists:
+    An event that only specifications have is one that no plant hinders; one that nothing has never happens.
+    The states are those of the product that survive, numbered breadth-first.  Time O(|δ|) per round; one or
+    two rounds for most models, O(|Q|) in the worst case.  Empty (0 states) when no supervisor exists:
     :func:`synthesize` says why.
 
     Raises AlphabetClash if an event is controllable in one and uncontrollable in another, LimitReached at a
@@ -40,12 +42,13 @@ def supcon(
     12
     """
     plants, specs = as_tuple(plant), as_tuple(spec)
-    alphabet = common_alphabet(plants, specs)
+    alphabet = common_alphabet((*plants, *specs))
     if any(a.is_empty for a in (*plants, *specs)):
         return Automaton.empty(alphabet, name)
-    exploration = Exploration(plants, specs, alphabet, ticker(limits, progress))
-    exploration.native.fixpoint(True, exploration.tick)
-    return exploration.extract(name or "supC").automaton
+    tick = ticker(limits, progress)
+    exploration = Exploration(plants, specs, alphabet, tick)
+    exploration.native.fixpoint(tick)
+    return exploration.extract(name, tick).automaton
 
 
 def is_controllable(
@@ -64,12 +67,12 @@ def is_controllable(
     plants, specs = as_tuple(plant), as_tuple(spec)
     if any(a.is_empty for a in (*plants, *specs)):
         return Check("controllable", True)
-    alphabet = common_alphabet(plants, specs)
+    alphabet = common_alphabet((*plants, *specs))
     exploration = Exploration(plants, specs, alphabet, ticker(limits, progress))
     path = exploration.shortest(exploration.native.illegal)
     if path is None:
         return Check("controllable", True)
-    event, by, q = forbidden(exploration, len(plants), path[-1][1] if path else 0)[0]
+    event, by, q = forbidden(exploration, path[-1][1] if path else 0)[0]
     why = f"the plant can do uncontrollable {event!r}, which {by.name!r} forbids in state {by.states[q]!r}"
     return Check("controllable", False, Trace([*(e for e, _ in path), event]), why)
 
@@ -88,54 +91,61 @@ def condat(plant: Automata, supervisor: Automaton) -> Supervisor:
     Supervisor: 12 states, 25 transitions, 6 disablements
     """
     plants = as_tuple(plant)
-    alphabet = common_alphabet(plants, (supervisor,))
+    alphabet = common_alphabet((*plants, supervisor))
     if supervisor.is_empty or any(a.is_empty for a in plants):
         offsets = np.zeros(supervisor.n_states + 1, np.int64)
         return Supervisor(supervisor, offsets, np.zeros(0, np.int32))
-    exploration = Exploration(plants, (supervisor,), alphabet, ticker(None, None))
+    tick = ticker()
+    exploration = Exploration(plants, (supervisor,), alphabet, tick)
     path = exploration.shortest(exploration.native.illegal)
     if path is not None:
-        event = forbidden(exploration, len(plants), path[-1][1] if path else 0)[0][0]
+        event = forbidden(exploration, path[-1][1] if path else 0)[0][0]
         trace = Trace(e for e, _ in path)
         raise InputError(f"after {trace} the supervisor {supervisor.name!r} disables uncontrollable event {event!r}")
-    loop = exploration.extract("")
+    loop = exploration.extract("", tick)
     local = exploration.coordinates(loop.origin)[:, -1]
     x = np.repeat(local, np.diff(loop.disabled_offsets))
-    in_supervisor = np.array([supervisor.alphabet.index(e) if e in supervisor.alphabet else -1 for e in alphabet.names])
+    own = supervisor.alphabet
+    in_supervisor = np.array([own.index(e) if e in own else -1 for e in alphabet.names], np.int64)
     pairs = np.unique(np.stack([x, in_supervisor[loop.disabled]], axis=1), axis=0)
     offsets = np.concatenate(([0], np.cumsum(np.bincount(pairs[:, 0], minlength=supervisor.n_states))))
     return Supervisor(supervisor, offsets.astype(np.int64), pairs[:, 1].astype(np.int32))
 
 
 def closed_loop(
-    plant: Automata,
-    supervisor: Supervisor | Automaton,
-    *,
-    limits: Limits | None = None,
-    progress: Progress | None = None,
+    plant: Automata, supervisor: Supervisor, *, limits: Limits | None = None, progress: Progress | None = None
 ) -> Automaton:
-    """Return the supervised system S/G, in which an event happens if the plant can do it and S enables it.
+    """Return the supervised system S/G: an event happens if the plant can do it, S follows it, and ψ enables it.
 
-    States are pairs of plant and supervisor states.  O(|δ|) of the result.
+    States are pairs of plant and supervisor states, numbered breadth-first.  O(|δ|) of the result.  Make a
+    Supervisor of an automaton by :func:`condat`.
+
+    Raises AlphabetClash if an event has two meanings, LimitReached at a limit.   [Ramadge and Wonham 1987]
+
+    >>> from thenar.library.classics import small_factory
+    >>> problem = small_factory()
+    >>> closed_loop(problem.plants, condat(problem.plants, supcon(problem.plants, problem.specs)))
+    Automaton 'S/G': 12 states (1 marked), 25 transitions, 8 events
     """
-    automaton = supervisor.automaton if isinstance(supervisor, Supervisor) else supervisor
-    return sync(*as_tuple(plant), automaton, name="S/G", limits=limits, progress=progress)
+    s = supervisor.automaton
+    forbidden_here = np.zeros((s.n_states, len(s.alphabet)), np.bool_)
+    forbidden_here[np.repeat(np.arange(s.n_states), np.diff(supervisor.disabled_offsets)), supervisor.disabled] = True
+    source = np.repeat(np.arange(s.n_states), np.diff(s.offsets))
+    obeyed = ~forbidden_here[source, s.events]
+    if not obeyed.all():
+        offsets = np.concatenate(([0], np.cumsum(np.bincount(source[obeyed], minlength=s.n_states)))).astype(np.int64)
+        s = replace(s, offsets=offsets, events=s.events[obeyed], targets=s.targets[obeyed])
+    return sync(*as_tuple(plant), s, name="S/G", limits=limits, progress=progress)
 
 
-def common_alphabet(plants: tuple[Automaton, ...], specs: tuple[Automaton, ...]) -> Alphabet:
-    """Return the union of the alphabets, in order of first mention."""
-    automata = (*plants, *specs)
-    return merge([a.alphabet for a in automata], [a.name or "an automaton without a name" for a in automata])
-
-
-def forbidden(exploration: Exploration, n_plants: int, state: int) -> list[tuple[str, Automaton, int]]:
+def forbidden(exploration: Exploration, state: int) -> list[tuple[str, Automaton, int]]:
     """Return (event, specification, its state) for each uncontrollable event that a specification forbids in ``state``.
 
     Only events that all plants can do there; in the order of the alphabet, then of the specifications.
     """
     local = exploration.coordinates([state])[0].tolist()
-    plants = list(zip(exploration.parts[:n_plants], local[:n_plants], strict=True))
-    specs = list(zip(exploration.parts[n_plants:], local[n_plants:], strict=True))
+    parts = list(zip(exploration.parts, local, strict=True))
+    plants, specs = parts[: exploration.n_plants], parts[exploration.n_plants :]
     found = []
     for event in exploration.alphabet:
         if event.controllable or not all(allows(p, q, event.name) for p, q in plants):

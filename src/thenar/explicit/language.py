@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thenar._native import kernel
-from thenar.explicit.kernel import Exploration, bytemask, rows_in_order_of, ticker
+from thenar.explicit.exploration import Exploration, bytemask, rows_in_order_of, ticker
 from thenar.explicit.reach import reachable
 from thenar.model.automaton import Automaton
 from thenar.model.events import Alphabet
 from thenar.model.limits import Limits, Progress
-from thenar.model.names import Grouped, Listed
+from thenar.model.names import Grouped, Listed, StateNames
 from thenar.model.trace import Check, Trace
 
 __all__ = ["complement", "is_isomorphic", "is_sublanguage", "minimize", "project"]
@@ -73,7 +73,7 @@ def minimize(automaton: Automaton) -> Automaton:
     a = reachable(automaton)
     if a.is_empty:
         return a
-    block = kernel.minimize(a.offsets, a.events, a.targets, len(a.alphabet), bytemask(a.marked))
+    block = kernel.minimize(a.offsets, a.events, a.targets, len(a.alphabet), bytemask(a.marked), ticker())
     order = np.argsort(block, kind="stable")
     sizes = np.bincount(block)
     member_offsets = np.concatenate(([0], np.cumsum(sizes))).astype(np.int64)
@@ -90,6 +90,7 @@ def minimize(automaton: Automaton) -> Automaton:
         block[a.targets[edge]],
         a.marked[chosen],
         Grouped(a.states, member_offsets, order),
+        meaning=a.meaning,
     )
     return reachable(quotient)
 
@@ -97,7 +98,8 @@ def minimize(automaton: Automaton) -> Automaton:
 def complement(automaton: Automaton, name: str = "") -> Automaton:
     """Return an automaton with L = Σ* and Lm = Σ* minus Lm(automaton).
 
-    A state ``dump`` is added where a transition is missing (also to the empty automaton).  O(|Q||Σ|).
+    A state called ``dump`` (with primes, should the name be taken) is added where a transition is missing, also
+    to the empty automaton.  O(|Q||Σ|).
 
     >>> a = Automaton.from_transitions(["0 -x-> 1"], initial="0", marked=["1"])
     >>> [complement(a).marks(s) for s in ("ε", "x", "x, x")]
@@ -116,8 +118,16 @@ def complement(automaton: Automaton, name: str = "") -> Automaton:
         np.tile(np.arange(k, dtype=np.int32), full),
         table[:full].ravel(),
         np.concatenate((~automaton.marked, [True]))[:full],
-        automaton.states if full == n else Listed((*(automaton.states[q] for q in range(n)), "dump")),
+        automaton.states if full == n else _with_dump(automaton.states),
     )
+
+
+def _with_dump(states: StateNames) -> StateNames:
+    names = tuple(states[q] for q in range(len(states)))
+    dump = "dump"
+    while dump in names:
+        dump += "'"
+    return Listed((*names, dump))
 
 
 def is_sublanguage(
@@ -140,18 +150,17 @@ def is_sublanguage(
     everything = np.ones(len(alphabet), np.uint8)
     tick = ticker(limits, progress)
     both = Exploration((a,), (b,), alphabet, tick, uncontrollable=everything, blocking=True)
-    leaves = both.native.illegal.view(np.bool_)
     in_a, in_b = both.coordinates(np.arange(both.n_states)).T
-    path = both.shortest(leaves | (a.marked[in_a] & ~b.marked[in_b]))
-    if path is None:
+    marked_only = both.shortest(a.marked[in_a] & ~b.marked[in_b])
+    leaving = both.shortest(both.native.illegal)
+    if marked_only is not None and (leaving is None or len(marked_only) <= len(leaving)):
+        return Check("sublanguage", False, Trace(e for e, _ in marked_only), "it is in Lm of the first only")
+    if leaving is None:
         return Check("sublanguage", True)
-    trace = Trace(e for e, _ in path)
-    end = path[-1][1] if path else 0
-    if not leaves[end]:
-        return Check("sublanguage", False, trace, "it is in Lm of the first only")
+    end = leaving[-1][1] if leaving else 0
     b_can = {e.name for e in b.enabled(int(in_b[end]))}
     event = next(e.name for e in a.enabled(int(in_a[end])) if e.name not in b_can)
-    return Check("sublanguage", False, Trace([*trace, event]), "it is in L of the first only")
+    return Check("sublanguage", False, Trace([*(e for e, _ in leaving), event]), "it is in L of the first only")
 
 
 def is_isomorphic(a: Automaton, b: Automaton) -> Check:
@@ -159,6 +168,11 @@ def is_isomorphic(a: Automaton, b: Automaton) -> Check:
 
     The alphabets must hold the same events; their order does not matter.  O(|δ|).  The witness is a shortest
     string that only one of them generates, or marks, where there is one.
+
+    >>> a = Automaton.from_transitions(["0 -x-> 1"], initial="0", marked=["1"])
+    >>> b = Automaton.from_transitions(["p -x-> q -x-> q"], initial="p", marked=["q"])
+    >>> print(is_isomorphic(a, b))
+    isomorphic: no after x, x: it is in L of the second only
     """
     if set(a.alphabet) != set(b.alphabet):
         only = sorted({e.name for e in set(a.alphabet) ^ set(b.alphabet)})
@@ -170,8 +184,9 @@ def is_isomorphic(a: Automaton, b: Automaton) -> Check:
     for x, y, which in ((first, second, "first"), (second, first, "second")):
         if not (check := is_sublanguage(x, y)):
             return Check("isomorphic", False, check.witness, check.reason.replace("first", which))
-    sizes = f"{first.n_states} and {second.n_states}"
-    return Check("isomorphic", False, None, f"the languages are the same, but the automata have {sizes} states")
+    return Check(
+        "isomorphic", False, None, "the languages are the same, but one merges states that the other tells apart"
+    )
 
 
 def _reordered(automaton: Automaton, alphabet: Alphabet) -> Automaton:

@@ -7,9 +7,9 @@ from collections.abc import Iterable
 import numpy as np
 
 from thenar.errors import InputError
-from thenar.explicit.kernel import Exploration, ticker
+from thenar.explicit.exploration import Exploration, common_alphabet, ticker
 from thenar.model.automaton import Automaton
-from thenar.model.events import Alphabet, Event, merge
+from thenar.model.events import Alphabet, Event
 from thenar.model.limits import Limits, Progress
 
 __all__ = ["meet", "selfloop", "shuffle", "sync"]
@@ -40,7 +40,8 @@ def meet(
 ) -> Automaton:
     """Return A1 x ... x An with L = L(A1) ∩ ... ∩ L(An) and Lm likewise, over the union of the alphabets.
 
-    Unlike in :func:`sync`, an event outside an automaton's alphabet is one that it blocks.
+    Unlike in :func:`sync`, an event outside an automaton's alphabet is one that it blocks.  Numbering, cost and
+    errors as for :func:`sync`.
 
     >>> a = Automaton.from_transitions(["0 -x-> 0 -y-> 0"], initial="0", marked=["0"])
     >>> b = Automaton.from_transitions(["0 -x-> 1 -z-> 0"], initial="0", marked=["1"])
@@ -55,7 +56,13 @@ def shuffle(
 ) -> Automaton:
     """Return the shuffle product: all interleavings of automata whose alphabets are disjoint.
 
-    Raises InputError naming an event that two of them share (their shuffle need not be deterministic).
+    Raises InputError naming an event that two of them share (their shuffle need not be deterministic),
+    LimitReached at a limit.  O(states x transitions) of all.
+
+    >>> a = Automaton.from_transitions(["0 -x-> 1"], initial="0", marked=["1"], name="A")
+    >>> b = Automaton.from_transitions(["0 -y-> 1"], initial="0", marked=["1"], name="B")
+    >>> shuffle(a, b)
+    Automaton 'A⧢B': 4 states (1 marked), 4 transitions, 2 events
     """
     seen: dict[str, str] = {}
     for a in automata:
@@ -99,6 +106,7 @@ def selfloop(automaton: Automaton, events: Iterable[Event | str] | Alphabet, nam
         columns[1],
         automaton.marked,
         automaton.states,
+        meaning=automaton.meaning,
     )
 
 
@@ -114,8 +122,8 @@ def _product(
     if not automata:
         raise InputError("a product needs at least one automaton")
     name = name or sign.join(a.name for a in automata)
-    alphabet = merge([a.alphabet for a in automata], [a.name for a in automata])
+    alphabet = common_alphabet(automata)
     if any(a.is_empty for a in automata):
         return Automaton.empty(alphabet, name)
     tick = ticker(limits, progress)
-    return Exploration(automata, (), alphabet, tick, blocking=blocking).extract(name).automaton
+    return Exploration(automata, (), alphabet, tick, blocking=blocking).extract(name, tick).automaton

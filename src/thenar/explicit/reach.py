@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from thenar._native import kernel
 from thenar.errors import InputError
-from thenar.explicit.kernel import Exploration, bytemask, ticker
+from thenar.explicit.exploration import Exploration, bytemask, ticker
 from thenar.explicit.products import sync
 from thenar.model.automaton import Automaton
 from thenar.model.limits import Limits, Progress
@@ -27,7 +29,9 @@ def reachable(automaton: Automaton) -> Automaton:
     """
     if automaton.is_empty:
         return automaton
-    return Exploration((automaton,), (), automaton.alphabet, ticker(None, None)).extract(automaton.name).automaton
+    tick = ticker()
+    part = Exploration((automaton,), (), automaton.alphabet, tick).extract(automaton.name, tick).automaton
+    return replace(part, meaning=automaton.meaning)
 
 
 def coreachable(automaton: Automaton) -> Automaton:
@@ -43,7 +47,12 @@ def coreachable(automaton: Automaton) -> Automaton:
 
 
 def trim(automaton: Automaton) -> Automaton:
-    """Return the part that is reachable and coreachable, numbered breadth-first.  O(|δ|)."""
+    """Return the part that is reachable and coreachable, numbered breadth-first.  O(|δ|).
+
+    >>> a = Automaton.from_transitions(["0 -x-> 1", "0 -y-> dead", "lost -x-> 1"], initial="0", marked=["1"])
+    >>> trim(a)
+    Automaton: 2 states (1 marked), 1 transitions, 2 events
+    """
     return reachable(coreachable(automaton))
 
 
@@ -106,12 +115,14 @@ def restrict(automaton: Automaton, keep: NDArray[np.bool_]) -> Automaton:
         number[automaton.targets[kept]].astype(np.int32),
         automaton.marked[keep],
         automaton.states.take(np.flatnonzero(keep)),
+        meaning=automaton.meaning,
     )
 
 
 def distance_to_marked(automaton: Automaton) -> NDArray[np.int32]:
     """Return (n_states,) int32: events on a shortest way to a marked state, -1 where there is none."""
-    return kernel.distance_to(automaton.offsets, automaton.events, automaton.targets, bytemask(automaton.marked))
+    a = automaton
+    return kernel.distance_to(a.offsets, a.events, a.targets, bytemask(a.marked), ticker())
 
 
 def path_to(automaton: Automaton, goal: ArrayLike) -> tuple[Trace, int] | None:
@@ -121,7 +132,8 @@ def path_to(automaton: Automaton, goal: ArrayLike) -> tuple[Trace, int] | None:
     mask = bytemask(goal)
     if len(mask) != automaton.n_states:
         raise InputError(f"a mask of {len(mask)} states for an automaton of {automaton.n_states}")
-    path = kernel.shortest_path(automaton.offsets, automaton.events, automaton.targets, automaton.initial, mask)
+    a = automaton
+    path = kernel.shortest_path(a.offsets, a.events, a.targets, a.initial, mask, ticker())
     if path is None:
         return None
     trace = Trace(automaton.alphabet[int(automaton.events[k])].name for k in path)

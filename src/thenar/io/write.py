@@ -70,6 +70,12 @@ def save(problem: Problem | Automaton, path: str | os.PathLike[str]) -> None:
     """Write ``problem`` to the file ``path``, TOML or JSON by its ending; all or nothing.
 
     Raises InputError as :func:`dumps` does, for another ending, and where the system does not let us write.
+
+    >>> import tempfile, pathlib
+    >>> file = pathlib.Path(tempfile.mkdtemp(), "lamp.json")
+    >>> save(Automaton.from_transitions(["dark -on-> lit"], initial="dark", name="LAMP"), file)
+    >>> file.read_text().splitlines()[2]
+    '    "on": {}'
     """
     atomic_write(path, dumps(problem, format_by_ending(path)))
 

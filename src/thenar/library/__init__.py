@@ -30,12 +30,14 @@ def model(text: str) -> Problem:
     if match is None or match[1] not in MODELS:
         raise UnknownName("model", text, MODELS)
     function = MODELS[match[1]]
-    arguments = [int(word) for word in (match[2] or "").replace(",", " ").split()]
-    most = sum(p.kind is not p.KEYWORD_ONLY for p in inspect.signature(function).parameters.values())
-    if len(arguments) > most:
-        takes = "no argument" if most == 0 else f"at most {most} argument{'s' * (most > 1)}"
-        raise InputError(f"model {match[1]!r} takes {takes}: {match[1]}{inspect.signature(function)}")
+    signature = inspect.signature(function)
+    words = (match[2] or "").replace(",", " ").split()
     try:
-        return function(*arguments)
-    except TypeError:
-        raise InputError(f"model {match[1]!r} needs arguments: {match[1]}{inspect.signature(function)}") from None
+        if any(len(word) > 9 for word in words):
+            raise TypeError("no model has that many parts")
+        arguments = [int(word) for word in words]
+        signature.bind(*arguments)
+    except TypeError as error:
+        takes = signature.replace(return_annotation=inspect.Signature.empty)
+        raise InputError(f"model {text!r}: {error}; it is {match[1]}{takes}") from None
+    return function(*arguments)

@@ -12,6 +12,7 @@ from thenar.errors import Mistake, ModelError, UnknownName
 from thenar.model.display import Displayable
 from thenar.model.events import Alphabet, Event
 from thenar.model.names import Listed, Numbered, StateNames, state_index
+from thenar.model.trace import Trace
 
 __all__ = ["Automaton"]
 
@@ -66,16 +67,23 @@ class Automaton(Displayable):
         marked: ArrayLike,
         initial: int = 0,
         name: str = "",
+        meaning: str = "",
         states: list[str] | tuple[str, ...] | StateNames | None = None,
     ) -> Automaton:
         """Build from arrays as in the class docstring; they are copied and checked, O(transitions).
 
         Raises ModelError naming every array that is malformed.
         """
-        o, e, t = np.array(offsets, np.int64), np.array(events, np.int32), np.array(targets, np.int32)
-        m = np.array(marked, np.bool_)
-        n = len(m)
         wrong: list[str] = []
+        o, e, t, m = (
+            _whole_numbers(array, what, wrong)
+            for what, array in (("offsets", offsets), ("events", events), ("targets", targets), ("marked", marked))
+        )
+        if wrong:
+            raise ModelError([Mistake(f"automaton {name!r}", w) for w in wrong])
+        n = len(m)
+        if not np.isin(m, (0, 1)).all():
+            wrong.append("marked must be true or false for each state")
         if o.ndim != 1 or len(o) != n + 1 or (o[0], o[-1]) != (0, len(e)) or (np.diff(o) < 0).any():
             wrong.append(f"offsets must rise from 0 to {len(e)} over {n + 1} entries")
         if len(e) != len(t):
@@ -99,7 +107,17 @@ class Automaton(Displayable):
             names: StateNames = Numbered(np.arange(n))
         else:
             names = Listed(tuple(states)) if isinstance(states, (list, tuple)) else states
-        return cls(name, alphabet, initial, o, e, t, m, names)
+        return cls(
+            name,
+            alphabet,
+            initial,
+            o,
+            e.astype(np.int32),
+            t.astype(np.int32),
+            m.astype(np.bool_),
+            names,
+            meaning=meaning,
+        )
 
     @classmethod
     def from_transitions(
@@ -205,7 +223,7 @@ class Automaton(Displayable):
         if self.is_empty:
             return []
         states = [self.initial]
-        for event in _names(trace):
+        for event in Trace(trace):
             target = self.step(states[-1], event)
             if target is None:
                 break
@@ -213,15 +231,15 @@ class Automaton(Displayable):
         return states
 
     def generates(self, trace: Iterable[str] | str) -> bool:
-        """Return whether ``trace`` is in the closed behaviour L(G)."""
-        names = list(_names(trace))
-        return len(self.run(names)) == len(names) + 1
+        """Return whether ``trace`` is in the closed behaviour L(G); raise UnknownName for a foreign event."""
+        string = Trace(trace)
+        return len(self.run(string)) == len(string) + 1
 
     def marks(self, trace: Iterable[str] | str) -> bool:
-        """Return whether ``trace`` is in the marked behaviour Lm(G)."""
-        names = list(_names(trace))
-        states = self.run(names)
-        return len(states) == len(names) + 1 and bool(self.marked[states[-1]])
+        """Return whether ``trace`` is in the marked behaviour Lm(G); raise UnknownName for a foreign event."""
+        string = Trace(trace)
+        states = self.run(string)
+        return len(states) == len(string) + 1 and bool(self.marked[states[-1]])
 
     def transitions(self) -> Iterator[tuple[str, str, str]]:
         """Yield every transition as (source, event, target) names."""
@@ -237,7 +255,10 @@ class Automaton(Displayable):
         )
 
 
-def _names(trace: Iterable[str] | str) -> Iterable[str]:
-    from thenar.model.trace import Trace
-
-    return Trace.parse(trace) if isinstance(trace, str) else trace
+def _whole_numbers(array: ArrayLike, what: str, wrong: list[str]) -> NDArray[np.int64]:
+    """Return ``array`` as a vector of whole numbers; note in ``wrong`` if it is none."""
+    given = np.asarray(array)
+    if given.ndim != 1 or (given.dtype.kind not in "iub" and given.size):
+        wrong.append(f"{what} must be a vector of whole numbers")
+        return np.zeros(1, np.int64)
+    return given.astype(np.int64)

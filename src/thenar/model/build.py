@@ -52,15 +52,20 @@ def build_automaton(
     meaning: str,
 ) -> Automaton:
     """Do the work of :meth:`Automaton.from_transitions`."""
+    listed = {"transitions": transitions, "marked": marked, "uncontrollable": uncontrollable, "alphabet": alphabet}
+    for what, entries in {**listed, "states": states}.items():
+        if isinstance(entries, str):
+            raise InputError(f"{what} is a list, not the text {entries!r}")
     parts = Parts(transitions, initial, marked, alphabet, states)
+    uncontrollable = list(uncontrollable)
     free = set(uncontrollable)
     if events is None:
         known = Alphabet(Event(e, controllable=e not in free) for e in dict.fromkeys(parts.event_names()))
     else:
         given = events if isinstance(events, Alphabet) else Alphabet(events)
         known = given
-        for e in free & set(known.names):
-            if known[e].controllable:
+        for e in known.names:
+            if e in free and known[e].controllable:
                 parts.complaints.append((("uncontrollable",), f"event {e!r} is controllable in the given events"))
     parts.complaints += [
         (("uncontrollable",), f"unknown event {e!r}{did_you_mean(e, known.names)}")

@@ -37,6 +37,8 @@ class Event:
     def __post_init__(self) -> None:
         if not self.name or any(c.isspace() or c == "," for c in self.name):
             raise InputError(f"event name {self.name!r}: a name is not empty and has no white space and no comma")
+        if self.name == "ε":
+            raise InputError("event name 'ε': that is the empty trace; give the event another name")
 
     def __repr__(self) -> str:
         return f"Event({self.name!r}, {', '.join(self.properties)})"
@@ -67,6 +69,8 @@ class Alphabet:
     __slots__ = ("_events", "_index")
 
     def __init__(self, events: Iterable[Event | str] = ()) -> None:
+        if isinstance(events, str):
+            raise InputError(f"an alphabet is a list of events, not the text {events!r}")
         self._events = tuple(Event(e) if isinstance(e, str) else e for e in events)
         self._index = {e.name: k for k, e in enumerate(self._events)}
         if len(self._index) < len(self._events):

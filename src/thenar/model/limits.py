@@ -6,6 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeAlias
 
+from thenar.errors import InputError
+
 __all__ = ["Limits", "Progress"]
 
 Progress: TypeAlias = Callable[[int, int], object]
@@ -29,3 +31,11 @@ class Limits:
     transitions: int | None = None
     bytes: int | None = None
     seconds: float | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("states", "transitions", "bytes"):
+            bound = getattr(self, name)
+            if bound is not None and not (isinstance(bound, int) and bound >= 0):
+                raise InputError(f"limit {name}={bound!r}: a whole number from 0 on, or None")
+        if self.seconds is not None and not self.seconds >= 0:
+            raise InputError(f"limit seconds={self.seconds!r}: a number from 0 on, or None")

@@ -98,7 +98,7 @@ class Composed:
 
     def __getitem__(self, state: int, /) -> str:
         local = self.coordinates(state)
-        return SEPARATOR.join(part[q] for part, q in zip(self.parts, local, strict=True))
+        return SEPARATOR.join(_quoted(part, q) for part, q in zip(self.parts, local, strict=True))
 
     def coordinates(self, state: int) -> tuple[int, ...]:
         """Return the state of each component when the product is in ``state``."""
@@ -107,6 +107,14 @@ class Composed:
     def take(self, states: NDArray[np.int64]) -> StateNames:
         """Return the names of ``states``."""
         return Composed(self.parts, self.labels, self.layout, self.keys[states])
+
+
+def _quoted(part: StateNames, state: int) -> str:
+    """Return the name of a part's state, in quotes where the product's name would be ambiguous without."""
+    name = part[state]
+    if isinstance(part, Composed) or not (SEPARATOR in name or name.startswith("'")):
+        return name
+    return "'" + name.replace("'", "''") + "'"
 
 
 @dataclass(frozen=True, slots=True)

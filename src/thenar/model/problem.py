@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from thenar.errors import Mistake, ModelError
+from thenar.errors import Mistake, ModelError, UnknownName
 from thenar.model.automaton import Automaton
 from thenar.model.display import Displayable
 from thenar.model.events import Alphabet, merge
 
-__all__ = ["Problem"]
+__all__ = ["Problem", "compose"]
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False, init=False)
@@ -19,7 +19,8 @@ class Problem(Displayable):
     """Find the largest controllable, nonblocking part of what ``plants`` can do and ``specs`` allow.
 
     The plant is the synchronous product of ``plants``; the legal behaviour is that of the synchronous
-    product of ``plants`` and ``specs``: an event outside a specification's alphabet is always allowed by it.
+    product of ``plants`` and ``specs``: an event outside a specification's alphabet is always allowed by it, and
+    one outside all plants' alphabets is hindered by none of them.  An event that no automaton has never happens.
     ``alphabet`` orders the events, and so numbers the states; by default, in order of first mention.
 
     Raises ModelError for no plant or two automata of one name, AlphabetClash for an event with two meanings.
@@ -81,8 +82,6 @@ class Problem(Displayable):
 
     def automaton(self, name: str) -> Automaton:
         """Return the plant or specification called ``name``."""
-        from thenar.errors import UnknownName
-
         for a in self.automata:
             if a.name == name:
                 return a
@@ -96,3 +95,23 @@ class Problem(Displayable):
             f"{title}: {p} plant{'s' * (p != 1)}, {s} spec{'s' * (s != 1)}, "
             f"{len(self.alphabet)} events ({free} uncontrollable)"
         )
+
+
+def compose(problems: Sequence[Problem]) -> Problem:
+    """Return one problem of all plants and specifications of ``problems``, alphabets and texts joined in order.
+
+    Raises AlphabetClash for an event with two meanings, ModelError for two automata of one name.
+
+    >>> from thenar.library.classics import chain, dining
+    >>> compose([chain(2), dining(3)])
+    Problem 'chain(2) + dining(3)': 5 plants, 4 specs, 13 events (5 uncontrollable)
+    """
+    if len(problems) == 1:
+        return problems[0]
+    return Problem(
+        [a for p in problems for a in p.plants],
+        [a for p in problems for a in p.specs],
+        name=" + ".join(p.name for p in problems if p.name),
+        alphabet=merge([p.alphabet for p in problems], [p.name or "a problem without a name" for p in problems]),
+        description="\n".join(p.description for p in problems if p.description),
+    )

@@ -20,6 +20,10 @@ class ControlPattern:
     """What a supervisor says at one state: the events that may happen, and those that it disables.
 
     An event in neither is one that the plant cannot do there.
+
+    >>> pattern = ControlPattern((Event("lift"),), (Event("squeeze"),))
+    >>> print(pattern, "lift" in pattern, "squeeze" in pattern)
+    enabled: lift; disabled: squeeze True False
     """
 
     enabled: tuple[Event, ...]
@@ -44,11 +48,23 @@ class Supervisor(Displayable):
     of the controllable events that the plant can do when the supervisor is in x, and that it must not do.
 
     A supervisor with an empty automaton means that no supervisor exists.
+
+    >>> from thenar.library.classics import small_factory
+    >>> from thenar.synthesis.api import synthesize
+    >>> supervisor = synthesize(small_factory()).supervisor
+    >>> supervisor.psi("start_1", 0), supervisor.psi("start_2", 0)
+    (True, False)
+    >>> print(supervisor.after("start_1, finish_1"))
+    enabled: start_2; disabled: start_1
     """
 
     automaton: Automaton
     disabled_offsets: NDArray[np.int64]
     disabled: NDArray[np.int32]
+
+    def __post_init__(self) -> None:
+        for array in (self.disabled_offsets, self.disabled):
+            array.flags.writeable = False
 
     @property
     def is_empty(self) -> bool:
@@ -71,7 +87,8 @@ class Supervisor(Displayable):
         return self.automaton.alphabet.index(event) not in self.disabled[lo:hi]
 
     def pattern(self, state: int) -> ControlPattern:
-        """Return the control pattern at ``state``."""
+        """Return the control pattern at ``state``; raise UnknownName for a number that is no state's."""
+        state = self.automaton.state(state)
         lo, hi = self.disabled_offsets[state], self.disabled_offsets[state + 1]
         disabled = tuple(self.automaton.alphabet[e] for e in self.disabled[lo:hi].tolist())
         return ControlPattern(self.automaton.enabled(state), disabled)
@@ -80,7 +97,7 @@ class Supervisor(Displayable):
         """Return the control pattern after ``trace``, or None if the supervised plant cannot do the trace."""
         from thenar.model.trace import Trace
 
-        names = Trace.parse(trace) if isinstance(trace, str) else Trace(trace)
+        names = Trace(trace)
         states = self.automaton.run(names)
         return self.pattern(states[-1]) if len(states) == len(names) + 1 else None
 

@@ -14,22 +14,20 @@ __all__ = ["Check", "Trace"]
 class Trace(Sequence[str]):
     """A string s ∈ Σ* of event names.
 
-    >>> Trace.parse("lift, slip, squeeze")
+    Made of names, or of a text as people write it: names separated by commas or white space, ``ε`` the empty one.
+
+    >>> Trace("lift, slip, squeeze")
     Trace('lift, slip, squeeze')
-    >>> str(Trace(["lift"]) + Trace(["slip"])), str(Trace())
-    ('lift, slip', 'ε')
+    >>> str(Trace(["lift"]) + Trace(["slip"])), str(Trace()), len(Trace("ε"))
+    ('lift, slip', 'ε', 0)
     """
 
     __slots__ = ("events",)
 
-    def __init__(self, events: Iterable[str] = ()) -> None:
+    def __init__(self, events: Iterable[str] | str = ()) -> None:
+        if isinstance(events, str):
+            events = [] if events.strip() == "ε" else events.replace(",", " ").split()
         self.events = tuple(events)
-
-    @classmethod
-    def parse(cls, text: str) -> Trace:
-        """Read a trace as people write it: names separated by commas or white space; ``ε`` is the empty one."""
-        names = text.replace(",", " ").split()
-        return cls(() if names == ["ε"] else names)
 
     @overload
     def __getitem__(self, key: int) -> str: ...

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
+from math import fsum
 
 __all__ = ["assign_x", "settle"]
 
@@ -36,7 +37,7 @@ def assign_x(
     """
     column = _columns(rows, {ab: s for ab, (s, _) in segments.items() if s > 0})
     order, places, apart = _first_places(rows, column, gaps)
-    widest_row = max((sum(gaps[ab] for ab in pairwise(row)) for row in rows), default=0.0)
+    widest_row = max((fsum(gaps[ab] for ab in pairwise(row)) for row in rows), default=0.0)
     if max(places, default=0.0) - min(places, default=0.0) > max(_WIDE_ENOUGH, _TOO_WIDE * widest_row):
         column = list(range(len(column)))
         order, places, apart = _first_places(rows, column, gaps)

@@ -12,6 +12,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
+from math import fsum
 
 from thenar.render.geometry import label_size, node_size
 from thenar.render.layers import assign_layers
@@ -116,7 +117,7 @@ def _add_states(grid: Grid, scene: Scene, layers: list[int]) -> None:
         width, height = node_size(node)
         grid.sizes.append((width, height))
         outwards = [h for h in group if h.outwards]
-        tall = sum(h.height for h in outwards) + HANGER_GAP * (len(outwards) - 1)
+        tall = fsum(h.height for h in outwards) + HANGER_GAP * (len(outwards) - 1)
         y = -tall / 2
         for h in outwards:
             h.dy = y + h.height / 2

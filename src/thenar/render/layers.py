@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from bisect import bisect_right, insort
 from collections.abc import Iterator, Sequence
+from math import fsum
 
 __all__ = ["assign_layers", "reduce_crossings"]
 
@@ -173,7 +174,7 @@ def _number(row: list[int], place: list[float]) -> None:
 
 
 def _by_barycentre(row: list[int], fixed: list[list[int]], place: list[float]) -> None:
-    wish = {v: sum(place[w] for w in fixed[v]) / len(fixed[v]) if fixed[v] else place[v] for v in row}
+    wish = {v: fsum(place[w] for w in fixed[v]) / len(fixed[v]) if fixed[v] else place[v] for v in row}
     row.sort(key=lambda v: (wish[v], place[v]))
     _number(row, place)
 

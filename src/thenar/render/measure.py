@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections.abc import Sequence
+from math import fsum
 
 from thenar.render.scene import Label
 
@@ -34,7 +35,7 @@ def printable(text: str) -> str:
 
 def text_width(text: str, size: float) -> float:
     """Return about how many px ``text`` is wide in a sans-serif font of ``size`` px."""
-    return size * sum(map(_em, text))
+    return size * fsum(map(_em, text))  # not sum: its last bit differs between versions of Python
 
 
 def cells(text: str) -> int:

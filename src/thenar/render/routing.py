@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
+from math import fsum
 
 from thenar.render.columns import settle
 from thenar.render.geometry import HEAD, Box, Point, Route, label_size, recess, straight
@@ -88,7 +89,7 @@ def _spread(wishes: Sequence[float], reach: float) -> list[float]:
     weights = [1e6 if i == middle else 1.0 for i in range(n)]
     places = settle([min(reach, max(-reach, wish)) for wish in wishes], weights, gaps)
     # what was pressed together may stick out: push it back in
-    return [round(min(reach - sum(gaps[i:]), max(sum(gaps[:i]) - reach, x)), 3) for i, x in enumerate(places)]
+    return [round(min(reach - fsum(gaps[i:]), max(fsum(gaps[:i]) - reach, x)), 3) for i, x in enumerate(places)]
 
 
 def enter(box: Box) -> Route:

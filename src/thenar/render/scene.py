@@ -149,7 +149,7 @@ class _Walk:
     """The states and steps of a trace, and the event that is refused where it ends, if one is."""
 
     def __init__(self, G: Automaton, path: Trace | str | None) -> None:
-        trace = Trace.parse(path) if isinstance(path, str) else path
+        trace = Trace(path) if isinstance(path, str) else path
         events = [] if trace is None else [G.alphabet.index(e) for e in trace]
         self.states = [] if trace is None else G.run(trace)
         self.steps = frozenset(zip(self.states, events[: max(0, len(self.states) - 1)], strict=False))

@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from thenar._native import kernel
 from thenar.errors import InputError
-from thenar.explicit.kernel import bytemask, rows_in_order_of
+from thenar.explicit.exploration import bytemask, rows_in_order_of
+from thenar.explicit.reach import distance_to_marked
 from thenar.model.problem import Problem
 from thenar.synthesis.api import SynthesisResult
 from thenar.synthesis.verify import FORMAT, digest
 
-__all__ = ["certificate", "is_about", "pack"]
+__all__ = ["certificate", "pack", "statement"]
 
 
 def certificate(result: SynthesisResult) -> bytes:
@@ -27,12 +27,17 @@ def certificate(result: SynthesisResult) -> bytes:
     O(states x components) memory.
 
     Raises InputError if an automaton of the problem is empty: then nothing was explored.
+
+    >>> from thenar.library.classics import small_factory
+    >>> from thenar.synthesis.api import synthesize
+    >>> certificate(synthesize(small_factory())).split(b"\\n")[0]
+    b'thenar certificate 1'
     """
     evidence, extract = result.evidence, result.extract
     if evidence is None or extract is None:
         raise InputError("nothing to certify: an automaton of the problem has no states")
     problem, native = result.problem, evidence.native
-    header, arrays = _problem(problem)
+    arrays, header = statement(problem)
     every = np.arange(evidence.n_states)
     widest = max((a.n_states for a in problem.automata), default=1)
     arrays["coords"] = evidence.coordinates(every).astype(np.min_scalar_type(widest))
@@ -42,7 +47,7 @@ def certificate(result: SynthesisResult) -> bytes:
     # leads to reachable ones only, and a blocking state to removed ones only.
     s = extract.automaton
     way = np.full(evidence.n_states, -1, np.int32)
-    way[extract.origin] = kernel.distance_to(s.offsets, s.events, s.targets, bytemask(s.marked))
+    way[extract.origin] = distance_to_marked(s)
     arrays["way"] = way
     keep = (arrays["reason"] != 0) | (way >= 0)
     number = np.cumsum(keep) - 1
@@ -63,16 +68,8 @@ def pack(arrays: dict[str, NDArray[Any]], header: dict[str, Any]) -> bytes:
     return b"\n".join((FORMAT, digest(archive), archive))
 
 
-def is_about(arrays: dict[str, NDArray[Any]], header: dict[str, Any], problem: Problem) -> bool:
-    """Return whether a certificate, as :func:`thenar.synthesis.verify.read` reads it, is about this ``problem``."""
-    wanted_header, wanted = _problem(problem)
-    fields = ("events", "automata")
-    return all(header[f] == wanted_header[f] for f in fields) and all(
-        name in arrays and np.array_equal(arrays[name], array) for name, array in wanted.items()
-    )
-
-
-def _problem(problem: Problem) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+def statement(problem: Problem) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+    """Return the arrays and the header that say which problem a certificate is about; see ``verify(about=...)``."""
     header: dict[str, Any] = {
         "problem": problem.name,
         "events": [{"name": e.name, "controllable": e.controllable} for e in problem.alphabet],
@@ -93,4 +90,4 @@ def _problem(problem: Problem) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]
             ("marked", marked),
         ):
             arrays[f"{name}_{k}"] = array
-    return header, arrays
+    return arrays, header

@@ -16,7 +16,7 @@ import numpy as np
 
 from thenar.errors import InputError, LimitReached
 from thenar.explicit.control import allows, forbidden
-from thenar.explicit.kernel import Exploration
+from thenar.explicit.exploration import Exploration, ticker
 from thenar.explicit.reach import shortest_trace
 from thenar.model.automaton import Automaton
 from thenar.model.display import Displayable
@@ -34,7 +34,11 @@ MIN_BUDGET = 100_000  # product states that minimising a conflict may explore ho
 
 @dataclass(frozen=True, slots=True)
 class Violation:
-    """Specification ``spec``, in its state ``state``, forbids ``event``; ``meaning`` is what it says in words."""
+    """Specification ``spec``, in its state ``state``, forbids ``event``; ``meaning`` is what it says in words.
+
+    >>> print(Violation("BUFFER", "full", "finish_1", "The buffer holds one part."))
+    BUFFER ("The buffer holds one part.") forbids finish_1 in its state 'full'
+    """
 
     spec: str
     state: str
@@ -59,7 +63,10 @@ class Explanation(Displayable):
     * ``violations``: the specifications broken at its end
     * ``enabled``: the events that the supervisor enables there
     * ``conflict``: for an impossible task, specifications that cannot be met together; ``minimal`` says
-      that leaving out any one of them gives a supervisor
+      that leaving out any one of them gives a supervisor, False that this was not found out for all
+
+    >>> print(Explanation("enabled", "In the initial state the event go is enabled", "."))
+    In the initial state the event go is enabled.
     """
 
     verdict: str
@@ -71,7 +78,7 @@ class Explanation(Displayable):
     violations: tuple[Violation, ...] = ()
     enabled: tuple[str, ...] = ()
     conflict: tuple[str, ...] = ()
-    minimal: bool = True
+    minimal: bool | None = None
 
     def __str__(self) -> str:
         instead = f" Enabled there: {', '.join(self.enabled)}." if self.enabled and self.verdict != "enabled" else ""
@@ -96,32 +103,46 @@ def explain_disabled(
     In the initial state the event start_2 is disabled: BUFFER1 (...) forbids start_2 in its state 'empty'. ...
     """
     result.problem.alphabet.index(event)
+    if not result:
+        return explain_empty(result)
     evidence, trace = _evidence(result), _trace(result, after, state)
     x, prevented = _walk(result, evidence, trace)
     if prevented is not None:
         return prevented
-    return _why(result, evidence, x, trace, event)
+    return _why(evidence, x, trace, event)
 
 
 def explain_removed(result: SynthesisResult, after: Iterable[str] | str) -> Explanation:
     """Say why the state that plants and specifications reach by ``after`` is not one of the supervisor's.
 
     The trace may leave the supervised behaviour, but not the specifications: beyond their end there is no state.
-    If the state was not removed the verdict is ``"enabled"``.  One search in the explored product.
+    The verdict is ``"enabled"`` if the state is one of the supervisor's after all, and ``"prevented"`` if nothing
+    is wrong with it but the supervisor cuts every way to it.  One search in the explored product.
+
+    >>> from thenar.library.classics import cat_and_mouse
+    >>> explain_removed(synthesize(cat_and_mouse()), "").verdict
+    'enabled'
     """
-    evidence, trace = _evidence(result), _trace(result, after, None)
+    if result.evidence is None:
+        return explain_empty(result)
+    evidence, trace = result.evidence, _trace(result, after, None)
     x = 0
     for k, event in enumerate(trace):
         result.problem.alphabet.index(event)
         target = dict(_row(evidence, x)).get(event)
         if target is None:
             if evidence.native.reason[x] == ILLEGAL:
-                return _consequence(result, evidence, x, trace[:k], f"{_after(trace[:k])} the state is removed: ")
-            return _why(result, evidence, x, trace[:k], event)
+                return _consequence(evidence, x, trace[:k], f"{_after(trace[:k])} the state is removed: ")
+            return _why(evidence, x, trace[:k], event)
         x = target
-    if evidence.native.reason[x] == SURVIVES:
+    if evidence.native.reason[x] != SURVIVES:
+        return _consequence(evidence, x, trace, f"{_after(trace)} the state is removed: ")
+    if result.extract is not None and x in result.extract.origin:
         return Explanation("enabled", f"{_after(trace)} ", "the state is one of the supervisor's.", trace)
-    return _consequence(result, evidence, x, trace, f"{_after(trace)} the state is removed: ")
+    cut = _walk(result, evidence, trace)[1]
+    assert cut is not None  # a state that survives is the supervisor's, or every way to it is cut
+    lead = f"{_after(trace)} nothing is wrong with the state, but the supervisor cuts every way to it. "
+    return replace(cut, verdict="prevented", lead=lead + cut.lead)
 
 
 def explain_empty(result: SynthesisResult) -> Explanation:
@@ -132,6 +153,11 @@ def explain_empty(result: SynthesisResult) -> Explanation:
     when that does not suffice ``minimal`` is False.
 
     Raises InputError if a supervisor does exist.
+
+    >>> plant = Automaton.from_transitions(["0 -go-> 1"], initial="0", marked=["1"], name="HAND")
+    >>> stay = Automaton.from_transitions([], initial="0", marked=["0"], alphabet=["go"], name="STAY")
+    >>> explain_empty(synthesize(Problem(plant, stay))).conflict
+    ('STAY',)
     """
     if result:
         raise InputError("a supervisor exists; ask explain_disabled about its decisions")
@@ -140,9 +166,8 @@ def explain_empty(result: SynthesisResult) -> Explanation:
     empty = tuple(a.name for a in problem.automata if a.is_empty)
     if empty:
         return Explanation("impossible", lead, f"{' and '.join(empty)} has no states.", conflict=empty)
-    specs, minimal = _minimal_conflict(result)
-    core = result if len(specs) == len(problem.specs) else synthesize(_with_specs(problem, specs))
-    names = tuple(s.name for s in specs)
+    core, minimal = _minimal_conflict(result)
+    names = tuple(s.name for s in core.problem.specs)
     if not names:
         who = "even without any specification"
     elif len(names) == 1:
@@ -151,37 +176,39 @@ def explain_empty(result: SynthesisResult) -> Explanation:
         who = f"{', '.join(names[:-1])} and {names[-1]} cannot be met together"
     if names and minimal:
         who += "; without it there is one" if len(names) == 1 else "; without any one of them there is one"
-    why = _consequence(core, _evidence(core), 0, NOTHING, f"{lead}{who}. Already at the start ")
+    why = _consequence(_evidence(core), 0, NOTHING, f"{lead}{who}. Already at the start ")
     return replace(why, conflict=names, minimal=minimal)
 
 
 # -- the parts of an answer ------------------------------------------------------------------------------------
 
 
-def _why(result: SynthesisResult, evidence: Exploration, x: int, trace: Trace, event: str) -> Explanation:
+def _why(evidence: Exploration, x: int, trace: Trace, event: str) -> Explanation:
     """Explain ``event`` at product state ``x``, which survives or at least was expanded."""
     here = _after(trace)
     row, reason = dict(_row(evidence, x)), evidence.native.reason
     enabled = tuple(e for e, t in row.items() if reason[t] == SURVIVES)
     parts = list(zip(evidence.parts, evidence.coordinates([x])[0].tolist(), strict=True))
-    n_plants = len(result.problem.plants)
-    unable = [(p, q) for p, q in parts[:n_plants] if not allows(p, q, event)]
+    unable = [(p, q) for p, q in parts[: evidence.n_plants] if not allows(p, q, event)]
+    if not any(event in p.alphabet for p, _ in parts):
+        lead, why = f"{here} {event} cannot happen: ", "no automaton of the problem has it."
+        return Explanation("impossible", lead, why, trace, event, enabled=enabled)
     if unable:
         who = " and ".join(f"{p.name} is in its state {p.states[q]!r}" for p, q in unable)
         return Explanation(
             "impossible", f"{here} the plant cannot do {event}: ", f"{who}.", trace, event, enabled=enabled
         )
-    against = _violations((event, s, q) for s, q in parts[n_plants:] if not allows(s, q, event))
+    against = _violations((event, s, q) for s, q in parts[evidence.n_plants :] if not allows(s, q, event))
     if against:
         lead, why = f"{here} the event {event} is disabled: ", f"{_listed(against)}."
         return Explanation("forbidden", lead, why, trace, event, violations=against, enabled=enabled)
     if reason[row[event]] == SURVIVES:
         return Explanation("enabled", f"{here} the event {event} is enabled", ".", trace, event, enabled=enabled)
     lead = f"{here} the event {event} is disabled: if it happened, "
-    return replace(_consequence(result, evidence, row[event], trace, lead), event=event, enabled=enabled)
+    return replace(_consequence(evidence, row[event], trace, lead), event=event, enabled=enabled)
 
 
-def _consequence(result: SynthesisResult, evidence: Exploration, x: int, trace: Trace, lead: str) -> Explanation:
+def _consequence(evidence: Exploration, x: int, trace: Trace, lead: str) -> Explanation:
     """Say what goes wrong, unpreventably, from the removed product state ``x`` on; ``lead`` begins the sentence."""
     reason, rank = evidence.native.reason, evidence.native.rank
     path = [] if reason[x] != UNCONTROLLABLE else evidence.shortest_uncontrollable(x, reason == ILLEGAL)
@@ -191,7 +218,7 @@ def _consequence(result: SynthesisResult, evidence: Exploration, x: int, trace: 
     end = path[-1][1] if path else x
     string = Trace(e for e, _ in path)
     if reason[end] == ILLEGAL:
-        broken = forbidden(evidence, len(result.problem.plants), end)
+        broken = forbidden(evidence, end)
         last = broken[0][0]
         violations = _violations(v for v in broken if v[0] == last)
         string = Trace([*string, last])
@@ -206,7 +233,8 @@ def _stuck(evidence: Exploration, x: int) -> str:
     reason, rank = evidence.native.reason, evidence.native.rank
     name = evidence.names(np.array([x]))[0]
     if not evidence.native.row(x):
-        return f"nothing could happen any more in state {name!r}, which is not marked (a deadlock)."
+        end = f"which is not marked (a deadlock{_forbidden_at(evidence, x)})"
+        return f"nothing could happen any more in state {name!r}, {end}."
     # States that block at the same rank are closed but for what was removed before them.
     way_out = evidence.shortest((rank >= 0) & (rank < rank[x]), inside=rank == rank[x], start=x)
     if way_out is None:
@@ -222,6 +250,15 @@ def _stuck(evidence: Exploration, x: int) -> str:
     )
 
 
+def _forbidden_at(evidence: Exploration, x: int) -> str:
+    """Name the specifications that forbid what the plants could still do in the deadlock ``x``."""
+    parts = list(zip(evidence.parts, evidence.coordinates([x])[0].tolist(), strict=True))
+    plants, specs = parts[: evidence.n_plants], parts[evidence.n_plants :]
+    possible = [e.name for e in evidence.alphabet if all(allows(p, q, e.name) for p, q in plants)]
+    against = _violations((e, s, q) for e in possible for s, q in specs if not allows(s, q, e))
+    return f": {_listed(against)}" if against else ""
+
+
 def _walk(result: SynthesisResult, evidence: Exploration, trace: Trace) -> tuple[int, Explanation | None]:
     """Follow ``trace`` under supervision; return where it ends, or why the supervisor (or the plant) cuts it."""
     if not result:
@@ -231,7 +268,7 @@ def _walk(result: SynthesisResult, evidence: Exploration, trace: Trace) -> tuple
         result.problem.alphabet.index(event)
         target = dict(_row(evidence, x)).get(event)
         if target is None or evidence.native.reason[target] != SURVIVES:
-            cut = _why(result, evidence, x, trace[:k], event)
+            cut = _why(evidence, x, trace[:k], event)
             verdict = "impossible" if cut.verdict == "impossible" else "prevented"
             lead = f"The trace is cut at its event {k + 1} of {len(trace)}. {cut.lead}"
             return x, replace(cut, verdict=verdict, lead=lead)
@@ -239,29 +276,35 @@ def _walk(result: SynthesisResult, evidence: Exploration, trace: Trace) -> tuple
     return x, None
 
 
-def _minimal_conflict(result: SynthesisResult) -> tuple[tuple[Automaton, ...], bool]:
-    """Return specifications without which the task is not impossible, and whether none of them can be left out.
+def _minimal_conflict(result: SynthesisResult) -> tuple[SynthesisResult, bool]:
+    """Return an impossible problem of fewer specifications, synthesised, and whether none can be left out of it.
 
-    Those that the proof in the evidence does not need go at once; then one after the other is tried.
+    Specifications that the proof in the evidence does not need go first; then one after the other is tried.
     """
-    problem, evidence = result.problem, _evidence(result)
-    in_proof = evidence.native.conflict(evidence.tick)[len(problem.plants) :]
-    needed = [s for s, is_needed in zip(problem.specs, in_proof, strict=True) if is_needed]
-    budget = max(evidence.n_states, MIN_BUDGET)
-    for spec in reversed(needed):
-        fewer = [s for s in needed if s is not spec]
+    budget = max(_evidence(result).n_states, MIN_BUDGET)
+    core, minimal = result, True
+
+    def attempt(specs: Sequence[Automaton]) -> SynthesisResult | None:
+        nonlocal budget
+        problem = Problem(result.problem.plants, specs, alphabet=result.problem.alphabet)
         try:
-            trial = synthesize(_with_specs(problem, fewer), limits=Limits(states=budget))
+            trial = synthesize(problem, limits=Limits(states=budget))
         except LimitReached:
-            return tuple(needed), False
+            return None
         budget = max(budget - _evidence(trial).n_states, 1)
-        if not trial:
-            needed = fewer
-    return tuple(needed), True
+        return trial
 
-
-def _with_specs(problem: Problem, specs: Sequence[Automaton]) -> Problem:
-    return Problem(problem.plants, specs, alphabet=problem.alphabet)
+    in_proof = _evidence(result).native.conflict(ticker())[len(result.problem.plants) :]
+    if not in_proof.all():
+        trial = attempt([s for s, is_needed in zip(result.problem.specs, in_proof, strict=True) if is_needed])
+        core, minimal = (core, False) if trial is None else (trial, True)
+    for spec in reversed(core.problem.specs):
+        trial = attempt([s for s in core.problem.specs if s is not spec])
+        if trial is None:
+            minimal = False
+        elif not trial:
+            core = trial
+    return core, minimal
 
 
 def _evidence(result: SynthesisResult) -> Exploration:
@@ -277,7 +320,7 @@ def _trace(result: SynthesisResult, after: Iterable[str] | str | None, state: in
         supervisor = result.supervisor.automaton
         return shortest_trace(supervisor, to=supervisor.state(state)) or Trace()
     if isinstance(after, str):
-        return Trace.parse(after)
+        return Trace(after)
     return Trace(after or ())
 
 

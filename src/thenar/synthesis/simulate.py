@@ -15,7 +15,11 @@ __all__ = ["Status", "Step", "random_trace", "simulate"]
 
 @dataclass(frozen=True, slots=True)
 class Status:
-    """What the feedback map says of ``event`` at ``state``: ``"enabled"``, ``"disabled"`` or ``"impossible"``."""
+    """What the feedback map says of ``event`` at ``state``: ``"enabled"``, ``"disabled"`` or ``"impossible"``.
+
+    >>> print(Status("approach_1", "enabled", 0))
+    Event approach_1 is enabled at state 0
+    """
 
     event: str
     status: str
@@ -32,6 +36,12 @@ class Step:
 
     ``statuses`` are what section 6 of the paper prints: the event's own status, then each other event that
     the supervisor disables in that state.
+
+    >>> from thenar.library.classics import small_factory
+    >>> from thenar.synthesis.api import synthesize
+    >>> step = simulate(synthesize(small_factory()).supervisor, "start_1")[0]
+    >>> step.state, step.event, step.target
+    (0, 'start_1', 1)
     """
 
     state: int
@@ -53,7 +63,7 @@ def simulate(supervisor: Supervisor, trace: Iterable[str] | str) -> list[Step]:
     Event approach_1 is enabled at state 0; Event approach_2 is disabled at state 0
     Event approach_2 is enabled at state 1
     """
-    names = Trace.parse(trace) if isinstance(trace, str) else Trace(trace)
+    names = Trace(trace)
     automaton = supervisor.automaton
     for name in names:
         automaton.alphabet.index(name)

@@ -23,6 +23,7 @@ import hashlib
 import io
 import json
 import zipfile
+import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -46,7 +47,13 @@ Ints = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """True if the certificate proves what it claims; otherwise ``reason`` names the first thing that is wrong."""
+    """True if the certificate proves what it claims; otherwise ``reason`` names the first thing that is wrong.
+
+    ``states`` and ``transitions`` are those of the supervisor, ``checked`` the states of the product gone through.
+
+    >>> bool(Verdict(False, "not largest: ..."))
+    False
+    """
 
     holds: bool
     reason: str
@@ -63,15 +70,24 @@ class _Wrong(Exception):
     """What the certificate gets wrong."""
 
 
-def verify(path: str | Path) -> Verdict:
-    """Check the certificate in the file ``path``.
+def verify(path: str | Path, about: tuple[Arrays, dict[str, Any]] | None = None) -> Verdict:
+    """Check the certificate in the file ``path``; with ``about``, also that it is about that problem.
 
-    Time and memory O(states x events) in NumPy.  Raises CertificateError for a file that is no certificate, or
-    a damaged one; a whole certificate that proves nothing gives a false Verdict.
+    ``about`` is what :func:`thenar.synthesis.certificate.statement` says of a problem.  Time and memory
+    O(states x events) in NumPy.  Raises CertificateError for a file that is no certificate, or a damaged one; a
+    whole certificate that proves nothing gives a false Verdict.
+
+    >>> import tempfile, thenar
+    >>> path = Path(tempfile.mkdtemp(), "factory.cert")
+    >>> _ = path.write_bytes(thenar.certificate(thenar.synthesize(thenar.library.model("small_factory"))))
+    >>> verify(path).reason
+    'controllable, nonblocking, within the specifications and largest'
     """
     arrays, header = read(path)
     try:
         checker = _Checker(arrays, header)
+        if about is not None and not _same_problem(arrays, header, *about):
+            raise _Wrong("the certificate is about another problem")
         checker.check_states()
         checker.check_removed()
         checker.check_survivors()
@@ -81,6 +97,15 @@ def verify(path: str | Path) -> Verdict:
     n, m = len(arrays["origin"]), len(arrays["sup_events"])
     exists = "controllable, nonblocking, within the specifications and largest" if n else "no supervisor exists"
     return Verdict(True, exists, header["problem"], n, m, len(arrays["reason"]))
+
+
+def _same_problem(arrays: Arrays, header: dict[str, Any], wanted: Arrays, wanted_header: dict[str, Any]) -> bool:
+    def written(h: dict[str, Any]) -> str:  # as text, for Python takes 0 for False
+        return json.dumps([h["events"], h["automata"]], sort_keys=True)
+
+    return written(header) == written(wanted_header) and all(
+        name in arrays and np.array_equal(arrays[name], array) for name, array in wanted.items()
+    )
 
 
 def read(path: str | Path) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
@@ -107,7 +132,7 @@ def read(path: str | Path) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
             raise TypeError
     except CertificateError:
         raise
-    except Exception:  # whatever zipfile, numpy and json raise on hostile bytes
+    except (ValueError, KeyError, TypeError, OSError, EOFError, MemoryError, zipfile.BadZipFile, zlib.error):
         raise CertificateError(f"{path}: malformed: its digest is right, but its contents are no certificate") from None
     return arrays, header
 
@@ -120,35 +145,56 @@ def digest(archive: bytes) -> bytes:
 class _Checker:
     def __init__(self, arrays: Arrays, header: dict[str, Any]) -> None:
         self.arrays, self.header = arrays, header
-        try:
-            self.events = [str(e["name"]) for e in header["events"]]
-            self.free = [e["controllable"] is False for e in header["events"]]
-            self.plant = [a["kind"] == "plant" for a in header["automata"]]
-            self.names = [str(a["name"]) for a in header["automata"]]
-            initial = [int(a["initial"]) for a in header["automata"]]
-            self.tables = [self._table(k) for k in range(len(self.names))]
-            self.coords = arrays["coords"].astype(np.int64)
-            self.reason, self.rank, self.way = (arrays[n].astype(np.int64) for n in ("reason", "rank", "way"))
-        except (KeyError, TypeError, ValueError, IndexError) as error:
-            raise _Wrong(f"malformed: {error}") from None
+        self._check_header()
+        self.events = [e["name"] for e in header["events"]]
+        self.free = [not e["controllable"] for e in header["events"]]
+        self.plant = [a["kind"] == "plant" for a in header["automata"]]
+        self.names = [a["name"] for a in header["automata"]]
+        self.tables = [self._table(k) for k in range(len(self.names))]
+        self.coords = self._ints("coords", 2)
+        self.reason, self.rank, self.way = (self._ints(n) for n in ("reason", "rank", "way"))
         n = len(self.coords)
         sizes = [len(t) for t in self.tables]
-        self._claim(
-            self.coords.ndim == 2 and self.coords.shape[1] == len(sizes), "malformed: states without coordinates"
-        )
+        self._claim(self.coords.shape[1] == len(sizes), "malformed: states without coordinates")
         self._claim(all(len(a) == n for a in (self.reason, self.rank, self.way)), "malformed: arrays of unequal length")
         self._claim(n > 0 and any(self.plant), "malformed: nothing to check")
-        self._claim(
-            bool((self.coords >= 0).all() and (self.coords < sizes).all()),
-            "a state has a component outside its automaton",
-        )
+        inside = (self.coords >= 0) & (self.coords < sizes)
+        self._claim(bool(inside.all()), "a state has a component outside its automaton")
+        initial = [a["initial"] for a in header["automata"]]
         self._claim(self.coords[0].tolist() == initial, "state 0 is not the initial state")
         self._claim(bool(np.isin(self.reason, range(4)).all()), "malformed: unknown reason")
         self.index = _Rows(self.coords, sizes)
         self.alive = self.reason == SURVIVES
         self.marked = np.ones(n, np.bool_)
         for k in range(len(sizes)):
-            self.marked &= arrays[f"marked_{k}"].astype(np.bool_)[self.coords[:, k]]
+            self.marked &= self._mask(f"marked_{k}")[self.coords[:, k]]
+
+    def _check_header(self) -> None:
+        """Hold the header to its types: what is not exactly so is not read with good will."""
+        fields = {"events": {"name": str, "controllable": bool}, "automata": {"name": str, "kind": str, "initial": int}}
+        for part, wanted in fields.items():
+            entries = self.header.get(part)
+            self._claim(isinstance(entries, list), f"malformed: {part}")
+            for entry in entries or ():
+                fits = isinstance(entry, dict) and {k: type(v) for k, v in entry.items()} == wanted
+                self._claim(fits, f"malformed: {part}")
+        kinds = {a["kind"] for a in self.header["automata"]}
+        self._claim(kinds <= {"plant", "spec"}, "malformed: kind of automaton")
+        names = [e["name"] for e in self.header["events"]]
+        self._claim(len(set(names)) == len(names), "malformed: an event is listed twice")
+
+    def _ints(self, name: str, ndim: int = 1) -> Ints:
+        """Return an array of whole numbers, checked to be one."""
+        array = self.arrays.get(name)
+        if array is None or array.ndim != ndim or array.dtype.kind not in "iu":
+            raise _Wrong(f"malformed: {name}")
+        self._claim(bool((array <= np.iinfo(np.int32).max).all()), f"malformed: {name}")
+        return array.astype(np.int64)
+
+    def _mask(self, name: str) -> Mask:
+        array = self._ints(name)
+        self._claim(bool(np.isin(array, (0, 1)).all()), f"malformed: {name}")
+        return array.astype(np.bool_)
 
     @staticmethod
     def _claim(holds: bool, otherwise: str) -> None:
@@ -157,22 +203,27 @@ class _Checker:
 
     def _table(self, k: int) -> Ints:
         """Return (n_states, n_events) int64: target, -1 undefined, -2 not in the alphabet of automaton k."""
-        offsets, events, targets, own = (
-            self.arrays[f"{n}_{k}"].astype(np.int64) for n in ("offsets", "events", "targets", "own")
-        )
-        n = len(self.arrays[f"marked_{k}"])
-        table = np.full((n, len(self.events)), -2, np.int64)
-        table[:, own.astype(np.bool_)] = -1
+        offsets, events, targets = (self._ints(f"{n}_{k}") for n in ("offsets", "events", "targets"))
+        own, n = self._mask(f"own_{k}"), len(self._mask(f"marked_{k}"))
+        where = f"malformed: automaton {k}"
+        rows = len(offsets) == n + 1 and offsets[0] == 0 and bool((np.diff(offsets) >= 0).all())
+        self._claim(rows and len(events) == len(targets) == offsets[-1], where)
+        self._claim(len(own) == len(self.events) and n > 0, where)
+        self._claim(bool(((targets >= 0) & (targets < n)).all()), f"{where} leads outside")
+        self._claim(bool(((events >= 0) & (events < len(own))).all()), f"{where} has an unknown event")
+        self._claim(bool(own[events].all()), f"{where} has a foreign event")
         source = np.repeat(np.arange(n), np.diff(offsets))
-        self._claim(len(offsets) == n + 1 and len(source) == len(events) == len(targets), f"malformed: automaton {k}")
-        self._claim(bool(((targets >= 0) & (targets < n)).all()), f"malformed: automaton {k} leads outside")
-        self._claim(bool((table[source, events] == -1).all()), f"malformed: automaton {k} has a foreign event")
+        self._claim(len(np.unique(source * len(own) + events)) == len(events), f"{where} is not deterministic")
+        table = np.full((n, len(own)), -2, np.int64)
+        table[:, own] = -1
         table[source, events] = targets
         return table
 
     def moves(self, event: int, states: Ints) -> tuple[Mask, Mask, Ints]:
         """Return for each of ``states``: can the plants do ``event``; may they; the state reached (-1: none listed)."""
-        can, may = np.ones(len(states), np.bool_), np.ones(len(states), np.bool_)
+        # an event that no automaton has never happens
+        can = np.full(len(states), any(table[0, event] != -2 for table in self.tables))
+        may = np.ones(len(states), np.bool_)
         after = self.coords[states]
         for k, table in enumerate(self.tables):
             target = table[after[:, k], event]
@@ -250,15 +301,13 @@ class _Checker:
 
     def check_supervisor(self) -> None:
         """The supervisor is the reachable survivors with all transitions between them, and its marks are theirs."""
-        try:
-            origin, offsets, events, targets = (
-                self.arrays[n].astype(np.int64) for n in ("origin", "sup_offsets", "sup_events", "sup_targets")
-            )
-        except KeyError as error:
-            raise _Wrong(f"malformed: {error}") from None
+        names = ("origin", "sup_offsets", "sup_events", "sup_targets")
+        origin, offsets, events, targets = (self._ints(name) for name in names)
+        marked = self._mask("sup_marked")
         n = len(origin)
         if not self.alive[0]:
-            self._claim(n == 0, "the initial state is removed, but the supervisor is not empty")
+            empty = n == len(events) == len(targets) == len(marked) == 0
+            self._claim(empty, "the initial state is removed, but the supervisor is not empty")
             return
         self._claim(n > 0 and origin[0] == 0, "the supervisor does not begin in the initial state")
         self._claim(
@@ -267,11 +316,7 @@ class _Checker:
         self._claim(len(np.unique(origin)) == n, "two states of the supervisor are the same")
         gone = ~self.alive[origin]
         self._claim(not gone.any(), f"the supervisor enters {self.where(gone, origin)}, a removed state")
-        marked = self.arrays.get("sup_marked")
-        self._claim(
-            marked is not None and np.array_equal(marked.astype(np.bool_), self.marked[origin]),
-            "the supervisor marks other states",
-        )
+        self._claim(np.array_equal(marked, self.marked[origin]), "the supervisor marks other states")
         self._claim(
             len(offsets) == n + 1 and offsets[0] == 0 and bool((np.diff(offsets) >= 0).all()), "malformed: supervisor"
         )

@@ -68,7 +68,7 @@ SIMULATIONS = (
     ),
     Simulation(
         "6.2 Problems lifting the block",
-        Trace.parse(
+        Trace(
             "approach_1, approach_2, align_finger2*, prox_make_C1, prox_make_C2, suppress_vib1, suppress_vib2, "
             "orient_normal1, orient_normal2, apply_gripF*, apply_loadF*, "
             "incip_slip*, inc_gripF*, incip_slip*, inc_gripF*, incip_slip*, inc_gripF*"
@@ -96,8 +96,8 @@ SIMULATIONS = (
     ),
 )
 
-TRY = Trace.parse("approach_1, approach_2, align_finger2*, prox_make_C1")  # the paper's s
-FAIL = Trace.parse("unstable_contact_1, prox_breakC_1")
+TRY = Trace("approach_1, approach_2, align_finger2*, prox_make_C1")  # the paper's s
+FAIL = Trace("unstable_contact_1, prox_breakC_1")
 S_PRIME = Trace([*(*TRY, *FAIL) * 3, *TRY])
 # FINGER2 is still aligned when finger 1 breaks contact, so it has to retract before it can approach again;
 # the paper's string leaves that out.

@@ -11,11 +11,20 @@ from numpy.typing import ArrayLike, NDArray
 
 from thenar._native import kernel
 from thenar.model.automaton import Automaton
-from thenar.model.events import Alphabet
+from thenar.model.events import Alphabet, merge
 from thenar.model.limits import Limits, Progress
 from thenar.model.names import Composed, Layout, StateNames
 
-__all__ = ["Automata", "Exploration", "as_tuple", "ticker"]
+__all__ = [
+    "Automata",
+    "Exploration",
+    "Extract",
+    "as_tuple",
+    "bytemask",
+    "common_alphabet",
+    "rows_in_order_of",
+    "ticker",
+]
 
 Automata: TypeAlias = Automaton | Sequence[Automaton]
 """One automaton, or several that stand for their synchronous product."""
@@ -26,7 +35,12 @@ def as_tuple(automata: Automata) -> tuple[Automaton, ...]:
     return (automata,) if isinstance(automata, Automaton) else tuple(automata)
 
 
-def ticker(limits: Limits | None, progress: Progress | None) -> kernel.Ticker:
+def common_alphabet(automata: Sequence[Automaton]) -> Alphabet:
+    """Return the union of the alphabets in order of first mention; raise AlphabetClash naming the automata."""
+    return merge([a.alphabet for a in automata], [a.name or "an automaton without a name" for a in automata])
+
+
+def ticker(limits: Limits | None = None, progress: Progress | None = None) -> kernel.Ticker:
     """Start the clock of one computation."""
     bounds = limits or Limits()
     return kernel.Ticker(bounds.states, bounds.transitions, bounds.bytes, bounds.seconds, progress)
@@ -69,8 +83,8 @@ class Exploration:
         blocking: bool = False,
     ) -> None:
         self.parts = (*plants, *specs)
+        self.n_plants = len(plants)
         self.alphabet = alphabet
-        self.tick = tick
         components = []
         for k, part in enumerate(self.parts):
             events, targets = rows_in_order_of(alphabet, part)
@@ -110,9 +124,9 @@ class Exploration:
             self.native.keys[states],
         )
 
-    def extract(self, name: str) -> Extract:
+    def extract(self, name: str, tick: kernel.Ticker) -> Extract:
         """Return what survives, numbered breadth-first in the order of the alphabet."""
-        return Extract(self, name)
+        return Extract(self, name, tick)
 
     def shortest(
         self, goal: ArrayLike, inside: ArrayLike | None = None, start: int = 0
@@ -128,7 +142,7 @@ class Exploration:
         self, start: int, goal: ArrayLike, inside: ArrayLike | None, *, uncontrollable_only: bool
     ) -> list[tuple[str, int]] | None:
         within = np.ones(self.n_states, np.uint8) if inside is None else bytemask(inside)
-        found = self.native.path(start, bytemask(goal), within, uncontrollable_only)
+        found = self.native.path(start, bytemask(goal), within, uncontrollable_only, ticker())
         if found is None:
             return None
         events, states = found
@@ -138,9 +152,9 @@ class Exploration:
 class Extract:
     """The surviving part of an exploration: an automaton, where its states come from, what is disabled."""
 
-    def __init__(self, exploration: Exploration, name: str) -> None:
+    def __init__(self, exploration: Exploration, name: str, tick: kernel.Ticker) -> None:
         offsets, events, targets, marked, self.origin, self.disabled_offsets, self.disabled = (
-            exploration.native.extract(exploration.tick)
+            exploration.native.extract(tick)
         )
         initial = 0 if len(marked) else -1
         states = exploration.names(self.origin)
