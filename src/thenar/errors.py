@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
+from typing import Any
 
 __all__ = [
     "AlphabetClash",
@@ -59,6 +60,9 @@ class UnknownName(InputError, KeyError):
         prefix = f"{where}: " if where else ""
         super().__init__(f"{prefix}unknown {kind} {name!r}{did_you_mean(str(name), known)}")
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _revive, (type(self), self.args, self.__dict__)
+
     def __str__(self) -> str:  # KeyError would show the repr of the message
         return str(self.args[0])
 
@@ -92,6 +96,9 @@ class ModelError(InputError):
         n = len(self.mistakes)
         counted = [f"   ({k} of {n} problems)" if n > 1 else "" for k in range(1, n + 1)]
         super().__init__("\n".join(f"{m}{c}" for m, c in zip(self.mistakes, counted, strict=True)))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return ModelError, (self.mistakes,)
 
 
 class AlphabetClash(InputError):
@@ -127,10 +134,27 @@ class LimitReached(ThenarError):
 
     def __init__(self, limit: str, bound: float, states: int, transitions: int) -> None:
         self.limit, self.bound, self.states, self.transitions = limit, bound, states, transitions
+        at = f"{bound:,.0f}" if bound == int(bound) else f"{bound:g}"
         super().__init__(
-            f"stopped at the limit of {bound:,.6g} {limit}: {states:,} states and {transitions:,} transitions "
-            f"found so far; raise the limit ({limit}=...) or make the model smaller"
+            f"stopped at the limit of {at} {limit}: {states:,} states and {transitions:,} transitions "
+            f"found so far; raise the limit or make the model smaller"
         )
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return LimitReached, (self.limit, self.bound, self.states, self.transitions)
+
+
+def _revive(cls: type[UnknownName], args: tuple[Any, ...], fields: dict[str, Any]) -> UnknownName:
+    """Make an UnknownName again after it was pickled; its message is kept, what it was made from is not."""
+    error = cls.__new__(cls, *args)
+    error.args = args
+    error.__dict__.update(fields)
+    return error
+
+
+def counted(n: int, noun: str) -> str:
+    """Return ``"1 state"``, ``"2,809 states"``."""
+    return f"{n:,} {noun}{'s' * (n != 1)}"
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:

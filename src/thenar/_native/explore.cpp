@@ -46,7 +46,7 @@ class Table {
 template <int W, bool Slim>
 class Visited {
  public:
-  void reserve(u64 n, const Key<W>* keys, u64 n_keys) {
+  void reserve(u64 n, const Key<W>* keys, u64 n_keys, u64 n_transitions, Ticker& ticker) {
     if (n * 5 <= slots_.size() * 3) return;  // load at most 0.6
     const u64 size = std::max<u64>(64, std::bit_ceil(n * 2));
     slots_.reset(size);
@@ -58,6 +58,7 @@ class Visited {
       u64 h = hash(keys[k]) & mask_;
       while (slots_[h].id != kNone) h = (h + 1) & mask_;
       slots_[h] = {stored(keys[k]), static_cast<u32>(k)};
+      ticker.tick(1, n_keys, n_transitions);
     }
   }
   void prefetch(u64 h) const { __builtin_prefetch(&slots_[h & mask_]); }
@@ -107,12 +108,12 @@ class Explorer final : public Exploration {
     std::vector<u64> plant(n_words), spec(n_words);
     std::vector<Successor> block(kBlock + n_events);
     Visited<W, Slim> visited;
-    visited.reserve(1, nullptr, 0);
+    visited.reserve(1, nullptr, 0, 0, ticker);
     visited.find_or_insert(product_.initial(), hash(product_.initial()), 0);
     keys_.push(product_.initial());
 
     while (row_of_.size() < keys_.size()) {
-      visited.reserve(keys_.size() + kBlock + n_events, keys_.data(), keys_.size());
+      visited.reserve(keys_.size() + kBlock + n_events, keys_.data(), keys_.size(), targets_.size(), ticker);
       u64 n = 0;
       for (u64 x = row_of_.size(); x < keys_.size() && n < kBlock; ++x) {  // generate and prefetch
         const Key<W> key = keys_[x];
@@ -215,7 +216,7 @@ class Explorer final : public Exploration {
         continue;
       }
       const Key<W>& key = keys_[x];
-      auto at = [&](u64 c) { return key.w[layout_.words[c]] >> layout_.shifts[c] & ((u64{2} << (layout_.bits[c] - 1)) - 1); };
+      auto at = [&](u64 c) { return key.w[layout_.words[c]] >> layout_.shifts[c] & low_bits(layout_.bits[c]); };
       product_.enabled(key, scratch.plant.data(), scratch.spec.data());
       const u64 top = product_.marker() / 64, marker_bit = u64{1} << product_.marker() % 64;
       const bool plants_marked = scratch.plant[top] & marker_bit;

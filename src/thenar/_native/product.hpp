@@ -29,16 +29,18 @@ inline Layout pack(const std::vector<Component>& components) {
   Layout layout;
   u32 word = 0, used = 0;
   for (const auto& c : components) {
-    const u32 bits = std::max<u32>(1, static_cast<u32>(std::bit_width(static_cast<u64>(c.graph.n_states - 1))));
+    const u32 bits = static_cast<u32>(std::bit_width(static_cast<u64>(c.graph.n_states - 1)));  // 0 for one state
     if (used + bits > 64) ++word, used = 0;  // no field crosses a word
     layout.words.push_back(word);
-    layout.shifts.push_back(used);
+    layout.shifts.push_back(used % 64);  // a field of no bits may lie anywhere
     layout.bits.push_back(bits);
     used += bits;
   }
   layout.n_words = word + 1;
   return layout;
 }
+
+inline u64 low_bits(u32 n) { return n == 64 ? ~u64{0} : (u64{1} << n) - 1; }
 
 template <int W>
 class Product {
@@ -62,7 +64,7 @@ class Product {
     for (u64 first = 0, last; first < components.size(); first = last) {
       u32 bits = layout.bits[first];
       for (last = first + 1; last < components.size() && layout.words[last] == layout.words[first] &&
-                             bits + layout.bits[last] <= kGroupBits;)
+                             layout.shifts[last] >= layout.shifts[first] && bits + layout.bits[last] <= kGroupBits;)
         bits += layout.bits[last++];
       add_group(components, layout, first, last, bits);
     }
@@ -119,8 +121,6 @@ class Product {
     u64 stride, local;
     const Graph* graph;
   };
-
-  static u64 low_bits(u32 n) { return n == 64 ? ~u64{0} : (u64{1} << n) - 1; }
 
   static u64 search(const Graph& g, u64 q, u64 event) {
     const i32* lo = g.events + g.offsets[q];

@@ -6,7 +6,9 @@ reached; 130 interrupted.
 
 from __future__ import annotations
 
+import os
 import sys
+from io import TextIOWrapper
 
 import click
 
@@ -43,9 +45,16 @@ for command in (
 
 def main() -> None:
     """Run the command line; every error that is the user's to mend is one message and an exit code."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):  # names may hold what a terminal cannot show
+            stream.reconfigure(errors="backslashreplace")
     try:
-        # outside standalone mode click returns the code of an Exit instead of raising it
-        sys.exit(cli.main(standalone_mode=False) or 0)
+        # not cli.main(): that takes a reader who leaves a pipe for a failure
+        with cli.make_context("thenar", sys.argv[1:]) as context:
+            cli.invoke(context)
+        sys.stdout.flush()
+    except click.exceptions.Exit as done:
+        sys.exit(done.exit_code)
     except click.ClickException as error:
         error.show()
         sys.exit(2)
@@ -58,8 +67,10 @@ def main() -> None:
     except (KeyboardInterrupt, click.Abort):
         _fail("interrupted; nothing was written", 130)
     except BrokenPipeError:  # the reader of a pipe has seen enough
-        sys.stderr.close()
-        sys.exit(0)
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what is still buffered goes nowhere
+    except OSError as error:
+        _fail(f"cannot write the answer: {error.strerror or error}", 2)
+    sys.exit(0)
 
 
 def _fail(message: str, code: int) -> None:

@@ -120,6 +120,8 @@ def simulate(
 
     if [trace is not None, interactive, length is not None].count(True) != 1:
         raise InputError("say what to simulate: one of --trace, --interactive and --random")
+    if interactive and json_:
+        raise InputError("--interactive talks to a person; --json goes with --trace or --random")
     problem = load_problem(model)
     names = None if trace is None else find_trace(problem.alphabet, trace)
     result = _synthesize(problem, bounds)
@@ -157,6 +159,7 @@ def _plain(step: Step) -> dict[str, object]:
 def _interact(result: SynthesisResult) -> None:
     """Let a person step: enabled events numbered, disabled ones with the reason."""
     from thenar.model.trace import Trace
+    from thenar.render.measure import printable
     from thenar.synthesis.explain import explain_disabled
 
     supervisor = result.supervisor
@@ -165,7 +168,9 @@ def _interact(result: SynthesisResult) -> None:
     while True:
         state = automaton.run(trace)[-1]
         pattern = supervisor.pattern(state)
-        say(f"\nState {state}: {automaton.states[state]}{'   (marked)' if automaton.marked[state] else ''}")
+        numbers = {str(k): event.name for k, event in enumerate(pattern.enabled, 1)}
+        marked = "   (marked)" if automaton.marked[state] else ""
+        say(f"\nState {state}: {printable(automaton.states[state])}{marked}")
         for k, event in enumerate(pattern.enabled, 1):
             kind = "" if event.controllable else "   (uncontrollable)"
             say(f"  {k:>3}  {event.name:<24} {event.meaning}{kind}")
@@ -177,8 +182,8 @@ def _interact(result: SynthesisResult) -> None:
             return
         if answer == "u":
             trace = trace[:-1]
-        elif answer.isdigit() and 1 <= int(answer) <= len(pattern.enabled):
-            trace.append(pattern.enabled[int(answer) - 1].name)
+        elif answer in numbers:
+            trace.append(numbers[answer])
         elif answer in pattern:
             trace.append(answer)
         elif answer + "*" in pattern:
@@ -191,6 +196,6 @@ def _answer() -> str:
     """Read an answer; the end of the input quits."""
     try:
         return str(click.prompt("event (number or name, u undo, q quit)", default="q", show_default=False)).strip()
-    except click.Abort:
+    except (click.Abort, RuntimeError):  # the end of the input, or no input at all
         say()
         return "q"

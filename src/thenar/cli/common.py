@@ -42,8 +42,8 @@ as_json = click.option("--json", "json_", is_flag=True, help="Print JSON instead
 def limits(function: F) -> F:
     """Add the options that bound a computation; ``make_limits`` reads them."""
     options = (
-        click.option("--max-states", type=click.IntRange(1), metavar="N", help="Stop after N states."),
-        click.option("--max-seconds", type=click.FloatRange(0), metavar="S", help="Stop after S seconds."),
+        click.option("--max-states", type=click.IntRange(1), metavar="N", help="Stop exploring after N states."),
+        click.option("--max-seconds", type=click.FloatRange(0), metavar="S", help="Stop exploring after S seconds."),
         click.option("--max-bytes", type=click.IntRange(1), metavar="B", help="Stop when the kernel holds B bytes."),
     )
     for option in reversed(options):

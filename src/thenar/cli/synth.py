@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from thenar.cli.common import as_json, limits, load_problem, make_limits, models, print_json, progress, say
+from thenar.errors import InputError
 
 if TYPE_CHECKING:
     from thenar.model.limits import Limits, Progress
@@ -39,11 +41,7 @@ def synth(
     from thenar.synthesis.certificate import certificate
 
     problem = load_problem(model)
-    for path in (output, certificate_):
-        if path is not None:
-            io.check_writable(path)
-    if output is not None:
-        io.format_by_ending(output)
+    _check_outputs(model, output, certificate_)
     with progress() as show:
         result = synthesize(problem, engine, limits=make_limits(**bounds), progress=show)
         supervisor = result.supervisor.automaton
@@ -51,10 +49,13 @@ def synth(
         controllable = bool(is_controllable(supervisor, problem.plants, progress=show))
         nonblocking = bool(is_nonblocking(supervisor))
         plant = _plant_size(problem, result, make_limits(**bounds), show)
+    files: dict[str, str | bytes] = {}  # all made before the first is written
     if certificate_ is not None:
-        io.atomic_write(certificate_, certificate(result))
+        files[certificate_] = certificate(result)
     if output is not None and result:
-        io.save(supervisor, output)
+        files[output] = io.dumps(supervisor, io.format_by_ending(output))
+    for path, content in files.items():
+        io.atomic_write(path, content)
     if json_:
         print_json(
             {
@@ -73,6 +74,23 @@ def synth(
             say(f"  checked: {'' if controllable else 'NOT '}controllable, {'' if nonblocking else 'NOT '}nonblocking")
     if not (result and controllable and nonblocking):
         raise click.exceptions.Exit(1)
+
+
+def _check_outputs(model: tuple[str, ...], output: str | None, certificate_: str | None) -> None:
+    """Complain of files that cannot be written, or that would overwrite each other or a model, before any work."""
+    from thenar import io
+
+    taken = {os.path.realpath(name): name for name in model if os.path.isfile(name)}
+    for path in (output, certificate_):
+        if path is None:
+            continue
+        if path == "-":
+            raise InputError("'-' is no file to write to; show the supervisor with thenar show --automaton supervisor")
+        io.check_writable(path)
+        if (there := taken.setdefault(os.path.realpath(path), path)) is not path:
+            raise InputError(f"{path}: would overwrite {there}; give it another name")
+    if output is not None:
+        io.format_by_ending(output)
 
 
 def _plant_size(

@@ -41,7 +41,7 @@ def coreachable(automaton: Automaton) -> Automaton:
 
     >>> a = Automaton.from_transitions(["0 -x-> 1", "0 -y-> dead"], initial="0", marked=["1"])
     >>> coreachable(a)
-    Automaton: 2 states (1 marked), 1 transitions, 2 events
+    Automaton: 2 states (1 marked), 1 transition, 2 events
     """
     return restrict(automaton, distance_to_marked(automaton) >= 0)
 
@@ -51,7 +51,7 @@ def trim(automaton: Automaton) -> Automaton:
 
     >>> a = Automaton.from_transitions(["0 -x-> 1", "0 -y-> dead", "lost -x-> 1"], initial="0", marked=["1"])
     >>> trim(a)
-    Automaton: 2 states (1 marked), 1 transitions, 2 events
+    Automaton: 2 states (1 marked), 1 transition, 2 events
     """
     return reachable(coreachable(automaton))
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from thenar.errors import Mistake, ModelError, UnknownName
+from thenar.errors import Mistake, ModelError, UnknownName, counted
 from thenar.model.display import Displayable
 from thenar.model.events import Alphabet, Event
 from thenar.model.names import Listed, Numbered, StateNames, state_index
@@ -53,6 +54,11 @@ class Automaton(Displayable):
     def __post_init__(self) -> None:
         for array in (self.offsets, self.events, self.targets, self.marked):
             array.flags.writeable = False
+
+    def __setstate__(self, state: list[Any]) -> None:
+        for f, value in zip(fields(self), state, strict=True):
+            object.__setattr__(self, f.name, value)
+        self.__post_init__()  # arrays come back writable from a pickle
 
     # -- building ------------------------------------------------------------------------------------------
 
@@ -250,8 +256,8 @@ class Automaton(Displayable):
     def __repr__(self) -> str:
         title = f"Automaton {self.name!r}" if self.name else "Automaton"
         return (
-            f"{title}: {self.n_states:,} states ({int(self.marked.sum()):,} marked), "
-            f"{self.n_transitions:,} transitions, {len(self.alphabet):,} events"
+            f"{title}: {counted(self.n_states, 'state')} ({int(self.marked.sum()):,} marked), "
+            f"{counted(self.n_transitions, 'transition')}, {counted(len(self.alphabet), 'event')}"
         )
 
 

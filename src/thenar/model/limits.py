@@ -35,7 +35,7 @@ class Limits:
     def __post_init__(self) -> None:
         for name in ("states", "transitions", "bytes"):
             bound = getattr(self, name)
-            if bound is not None and not (isinstance(bound, int) and bound >= 0):
-                raise InputError(f"limit {name}={bound!r}: a whole number from 0 on, or None")
+            if bound is not None and not (isinstance(bound, int) and 0 <= bound < 1 << 63):
+                raise InputError(f"limit {name}={bound!r}: a whole number from 0 to 2**63 - 1, or None")
         if self.seconds is not None and not self.seconds >= 0:
             raise InputError(f"limit seconds={self.seconds!r}: a number from 0 on, or None")

@@ -104,6 +104,20 @@ class Composed:
         """Return the state of each component when the product is in ``state``."""
         return tuple(self.layout.unpack(self.keys[[state]])[0].tolist())
 
+    def find(self, wanted: str) -> int | None:
+        """Return the first state called ``wanted``, or None; O(n) in NumPy, without composing a name."""
+        local = self.layout.unpack(self.keys)
+        there, rest = np.ones(len(self), np.bool_), wanted + SEPARATOR
+        for k, part in enumerate(self.parts):
+            names = {q: _quoted(part, q) + SEPARATOR for q in np.unique(local[:, k]).tolist()}
+            fitting = [q for q, name in names.items() if rest.startswith(name)]
+            if not fitting:
+                return None
+            there &= np.isin(local[:, k], fitting)
+            rest = rest[len(names[fitting[0]]) :]  # all of one length: they are the same name
+        found = np.flatnonzero(there)
+        return int(found[0]) if len(found) and not rest else None
+
     def take(self, states: NDArray[np.int64]) -> StateNames:
         """Return the names of ``states``."""
         return Composed(self.parts, self.labels, self.layout, self.keys[states])
@@ -143,5 +157,7 @@ class Grouped:
 
 
 def state_index(names: StateNames | Sequence[str], wanted: str) -> int | None:
-    """Return the first state called ``wanted``, or None; O(n) over composed names."""
+    """Return the first state called ``wanted``, or None; O(n)."""
+    if isinstance(names, Composed):
+        return names.find(wanted)
     return next((q for q in range(len(names)) if names[q] == wanted), None)

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from thenar.errors import Mistake, ModelError, UnknownName
+from thenar.errors import Mistake, ModelError, UnknownName, counted
 from thenar.model.automaton import Automaton
 from thenar.model.display import Displayable
 from thenar.model.events import Alphabet, merge
@@ -90,11 +90,8 @@ class Problem(Displayable):
     def __repr__(self) -> str:
         title = f"Problem {self.name!r}" if self.name else "Problem"
         free = int(self.alphabet.uncontrollable.sum())
-        p, s = len(self.plants), len(self.specs)
-        return (
-            f"{title}: {p} plant{'s' * (p != 1)}, {s} spec{'s' * (s != 1)}, "
-            f"{len(self.alphabet)} events ({free} uncontrollable)"
-        )
+        parts = f"{counted(len(self.plants), 'plant')}, {counted(len(self.specs), 'spec')}"
+        return f"{title}: {parts}, {counted(len(self.alphabet), 'event')} ({free} uncontrollable)"
 
 
 def compose(problems: Sequence[Problem]) -> Problem:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from thenar.errors import counted
 from thenar.model.automaton import Automaton
 from thenar.model.display import Displayable
 from thenar.model.events import Event
@@ -104,5 +105,5 @@ class Supervisor(Displayable):
     def __repr__(self) -> str:
         if self.is_empty:
             return "Supervisor: none exists"
-        sizes = f"{self.n_states:,} states, {self.n_transitions:,} transitions"
-        return f"Supervisor: {sizes}, {len(self.disabled):,} disablements"
+        sizes = f"{counted(self.n_states, 'state')}, {counted(self.n_transitions, 'transition')}"
+        return f"Supervisor: {sizes}, {counted(len(self.disabled), 'disablement')}"

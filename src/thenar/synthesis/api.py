@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from thenar.errors import InputError, did_you_mean
+from thenar.errors import InputError, counted, did_you_mean
 from thenar.explicit.exploration import Exploration, Extract, ticker
 from thenar.model.automaton import Automaton
 from thenar.model.display import Displayable
@@ -90,11 +90,8 @@ class SynthesisResult(Displayable):
         title = f"SynthesisResult {self.problem.name!r}" if self.problem.name else "SynthesisResult"
         if not self:
             return f"{title}: no supervisor exists"
-        s = self.supervisor
-        explored = f"{self.evidence.n_states:,}" if self.evidence else "0"
-        return (
-            f"{title}: {s.n_states:,} states, {s.n_transitions:,} transitions, of {explored} explored ({self.engine})"
-        )
+        sizes = f"{counted(self.size.states, 'state')}, {counted(self.size.transitions, 'transition')}"
+        return f"{title}: {sizes}, of {self.explored.states:,} explored ({self.engine})"
 
 
 def synthesize(

@@ -47,7 +47,7 @@ class Violation:
 
     def __str__(self) -> str:
         says = f' ("{self.meaning}")' if self.meaning else ""
-        return f"{self.spec}{says} forbids {self.event} in its state {self.state!r}"
+        return f"{self.spec or 'a specification without a name'}{says} forbids {self.event} in its state {self.state!r}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -167,7 +167,7 @@ def explain_empty(result: SynthesisResult) -> Explanation:
     if empty:
         return Explanation("impossible", lead, f"{' and '.join(empty)} has no states.", conflict=empty)
     core, minimal = _minimal_conflict(result)
-    names = tuple(s.name for s in core.problem.specs)
+    names = tuple(s.name or "a specification without a name" for s in core.problem.specs)
     if not names:
         who = "even without any specification"
     elif len(names) == 1:
@@ -176,6 +176,8 @@ def explain_empty(result: SynthesisResult) -> Explanation:
         who = f"{', '.join(names[:-1])} and {names[-1]} cannot be met together"
     if names and minimal:
         who += "; without it there is one" if len(names) == 1 else "; without any one of them there is one"
+    elif names:
+        who += " (whether all of them are needed was not found out)"
     why = _consequence(_evidence(core), 0, NOTHING, f"{lead}{who}. Already at the start ")
     return replace(why, conflict=names, minimal=minimal)
 
@@ -187,7 +189,7 @@ def _why(evidence: Exploration, x: int, trace: Trace, event: str) -> Explanation
     """Explain ``event`` at product state ``x``, which survives or at least was expanded."""
     here = _after(trace)
     row, reason = dict(_row(evidence, x)), evidence.native.reason
-    enabled = tuple(e for e, t in row.items() if reason[t] == SURVIVES)
+    enabled = tuple(e for e, t in row.items() if reason[x] == reason[t] == SURVIVES)
     parts = list(zip(evidence.parts, evidence.coordinates([x])[0].tolist(), strict=True))
     unable = [(p, q) for p, q in parts[: evidence.n_plants] if not allows(p, q, event)]
     if not any(event in p.alphabet for p, _ in parts):
@@ -235,6 +237,10 @@ def _stuck(evidence: Exploration, x: int) -> str:
     if not evidence.native.row(x):
         end = f"which is not marked (a deadlock{_forbidden_at(evidence, x)})"
         return f"nothing could happen any more in state {name!r}, {end}."
+    unmarked = [p.name or "an automaton without a name" for p in evidence.parts if not p.marked.any()]
+    if unmarked:
+        marks = "marks no state" if len(unmarked) == 1 else "mark no state"
+        return f"no marked state could be reached from state {name!r}: {' and '.join(unmarked)} {marks} at all."
     # States that block at the same rank are closed but for what was removed before them.
     way_out = evidence.shortest((rank >= 0) & (rank < rank[x]), inside=rank == rank[x], start=x)
     if way_out is None:
