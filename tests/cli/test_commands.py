@@ -1,6 +1,7 @@
 """The command line as a person meets it: what it prints, its exit codes, its files, its errors."""
 
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -229,6 +230,16 @@ def test_simulate_lets_a_person_step_undo_and_err(run: Run) -> None:
     assert "'nonsense' is not enabled here" in done.out
     assert done.out.splitlines()[-1].endswith("Trace: approach_1")
     assert run("simulate", "glr", "-i", stdin="").code == 0
+    odd = run("simulate", "glr", "-i", stdin="²\n" + "9" * 5000 + "\n0\n-1\nq\n")
+    assert odd.code == 0
+    assert odd.out.count("is not enabled here") == 4
+    assert run("simulate", "glr", "-i", "--json").code == 2
+
+
+def test_show_json_is_a_model_file(run: Run, hand: Path) -> None:
+    assert thenar.is_isomorphic(thenar.loads(run("show", hand, "--json").out).plants[0], thenar.load(hand).plants[0])
+    supervisor = thenar.loads(run("show", "glr", "--automaton", "supervisor", "--json").out).plants[0]
+    assert supervisor.n_states == 2809
 
 
 # -- show, paper, doctor ---------------------------------------------------------------------------------------
@@ -300,6 +311,42 @@ def test_a_bad_model_is_one_error_that_names_the_place(run: Run, tmp_path: Path,
     assert [p.name for p in tmp_path.iterdir()] == ["bad.toml"]
 
 
+def test_no_output_overwrites_a_model_or_another_output(run: Run, hand: Path, tmp_path: Path) -> None:
+    before = hand.read_text()
+    assert "would overwrite" in run("synth", hand, "-o", hand).err
+    assert "would overwrite" in run("synth", hand, "--certificate", hand).err
+    both = tmp_path / "both.json"
+    assert run("synth", hand, "-o", both, "--certificate", both).code == 2
+    assert "'-' is no file to write to" in run("synth", hand, "-o", "-").err
+    assert hand.read_text() == before
+    assert list(tmp_path.iterdir()) == [hand]
+
+
+def test_a_file_or_folder_does_not_shadow_a_library_model(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("glr").mkdir()
+    assert run("synth", "glr").code == 0
+
+
+def test_state_names_with_the_separator_can_be_saved(run: Run, tmp_path: Path) -> None:
+    model = tmp_path / "bar.json"
+    automata = {
+        name: {"kind": "plant", "initial": p, "marked": [p], "transitions": [[p, name, q], [q, name, p]]}
+        for name, p, q in (("A", "a|b", "a"), ("B", "c", "b|c"))
+    }
+    model.write_text(json.dumps({"events": {"A": {}, "B": {}}, "automata": automata}))
+    assert run("synth", model, "-o", tmp_path / "out.toml").code == 0
+    assert thenar.load(tmp_path / "out.toml").plants[0].n_states == 4
+
+
+def test_limits_beyond_all_bounds_are_refused(run: Run) -> None:
+    done = run("synth", "glr", "--max-states", "9" * 30)
+    assert done.code == 2
+    assert "a whole number from 0 to 2**63 - 1" in done.err
+
+
 def test_an_event_controllable_here_and_uncontrollable_there(run: Run, hand: Path, tmp_path: Path) -> None:
     other = tmp_path / "other.toml"
     other.write_text(
@@ -369,8 +416,21 @@ def test_ctrl_c_ends_with_130_and_leaves_nothing(tmp_path: Path) -> None:
 def test_the_reader_of_a_pipe_may_leave(tmp_path: Path) -> None:
     command = f"{sys.executable} -m thenar.cli show 'chain(6)' --automaton supervisor | head -1"
     done = subprocess.run(["bash", "-o", "pipefail", "-c", command], capture_output=True, text=True, check=False)
-    assert "Traceback" not in done.stderr
+    assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout
+
+
+def test_a_full_disk_is_one_message() -> None:
+    command = f"{sys.executable} -m thenar.cli paper > /dev/full"
+    done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert done.stderr == "thenar: cannot write the answer: No space left on device\n"
+
+
+def test_a_terminal_without_unicode_gets_escapes() -> None:
+    command = [sys.executable, "-m", "thenar.cli", "check", "glr", "--property", "controllable"]
+    done = subprocess.run(command, capture_output=True, env={**os.environ, "PYTHONIOENCODING": "ascii"}, check=False)
+    assert b"Traceback" not in done.stderr
 
 
 def test_the_json_schema_accepts_the_models_here() -> None:

@@ -98,6 +98,21 @@ def test_an_event_of_specifications_alone_is_hindered_by_no_plant() -> None:
     assert oracle.supcon([plant], [spec]).is_empty
 
 
+def test_components_of_one_state_take_no_room() -> None:
+    idle = [
+        Automaton.from_transitions([("q", f"x{k}", "q")], initial="q", marked=["q"], name=f"I{k}") for k in range(5000)
+    ]
+    product = thenar.sync(*toggles(3), *idle, *toggles_named("U", 2))
+    assert (product.n_states, product.n_transitions) == (32, 32 * 5005)
+
+
+def toggles_named(name: str, n: int) -> list[Automaton]:
+    return [
+        Automaton.from_transitions([f"0 -{name}{k}-> 1 -{name}{k}-> 0"], initial="0", marked=["0"], name=f"{name}{k}")
+        for k in range(n)
+    ]
+
+
 def test_more_bits_than_the_explicit_engine_packs_is_a_clear_error() -> None:
     with pytest.raises(thenar.InputError, match="explicit engine packs 4096"):
         thenar.sync(*toggles(4097))

@@ -1,5 +1,7 @@
 """State names: composed when looked at, and never ambiguous."""
 
+import pytest
+
 import thenar
 from thenar.model.automaton import Automaton
 
@@ -17,6 +19,16 @@ def test_names_with_the_separator_in_them_are_quoted() -> None:
 def test_a_product_of_products_lists_its_parts_once() -> None:
     product = thenar.sync(thenar.sync(one_way("A", "a", "b"), one_way("B", "c", "d")), one_way("C", "e", "f"))
     assert product.states[0] == "a|c|e"
+
+
+def test_a_state_of_a_product_is_found_by_its_name() -> None:
+    inner = thenar.sync(one_way("A", "a|b", "'"), one_way("B", "c", "b|c"))
+    product = thenar.sync(inner, one_way("C", "e", "f"))
+    for q in range(product.n_states):
+        assert product.state(product.states[q]) == q
+    for wrong in ("a", "a|b|c|e", product.states[0] + "|", ""):
+        with pytest.raises(thenar.UnknownName):
+            product.state(wrong)
 
 
 def test_a_product_of_a_million_states_costs_no_strings() -> None:

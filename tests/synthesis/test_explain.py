@@ -1,5 +1,6 @@
 """Explanations are true: each one is checked against the problem it talks about."""
 
+import time
 from collections.abc import Iterable
 
 import pytest
@@ -166,6 +167,44 @@ def test_two_specifications_that_cannot_be_met_together_are_named() -> None:
         "Already at the start nothing could happen any more in state '0|s|s', which is not marked "
         "(a deadlock: NO_A forbids a in its state 's', and NO_B forbids b in its state 's')."
     )
+
+
+def test_an_automaton_that_marks_nothing_is_named() -> None:
+    plant = thenar.Automaton.from_transitions(["0 -x-> 1 -y-> 0"], initial="0", name="HAND")
+    assert str(thenar.synthesize(Problem(plant)).reason) == (
+        "No supervisor exists: even without any specification. Already at the start no marked state could be "
+        "reached from state '0': HAND marks no state at all."
+    )
+
+
+def test_explaining_the_impossible_never_explores_much_more_than_the_synthesis() -> None:
+    """Left without the specification that stops it at once, the plant has ten million states."""
+    rings = [
+        thenar.Automaton.from_transitions(
+            [(str(q), f"turn{k}", str((q + 1) % 10)) for q in range(10)], initial="0", marked=["0"], name=f"RING{k}"
+        )
+        for k in range(7)
+    ]
+    boom = thenar.Automaton.from_transitions(
+        ["0 -boom-> 1"], initial="0", marked=["0"], uncontrollable=["boom"], name="BOMB"
+    )
+    freeze = thenar.Automaton.from_transitions(
+        [], initial="0", marked=["0"], alphabet=[f"turn{k}" for k in range(7)], name="FREEZE"
+    )
+    never = thenar.Automaton.from_transitions(
+        [], initial="0", marked=["0"], alphabet=["boom"], uncontrollable=["boom"], name="NO_BOOM"
+    )
+    reason = thenar.synthesize(Problem([*rings, boom], [freeze, never])).reason
+    assert reason is not None
+    assert reason.verdict == "uncontrollable"
+    assert "NO_BOOM" in reason.conflict
+
+
+def test_a_reason_is_given_however_long_after_the_limit_of_the_synthesis() -> None:
+    plant = thenar.Automaton.from_transitions(["0 -x-> 1"], initial="0", name="HAND")
+    result = thenar.synthesize(Problem(plant), limits=thenar.Limits(seconds=0.2))
+    time.sleep(0.3)
+    assert result.reason is not None
 
 
 def test_bad_questions_get_clear_answers() -> None:

@@ -80,15 +80,17 @@ def _check_outputs(model: tuple[str, ...], output: str | None, certificate_: str
     """Complain of files that cannot be written, or that would overwrite each other or a model, before any work."""
     from thenar import io
 
-    taken = {os.path.realpath(name): name for name in model if os.path.isfile(name)}
+    taken = {os.path.realpath(name): "the model" for name in model if os.path.isfile(name)}
     for path in (output, certificate_):
         if path is None:
             continue
         if path == "-":
             raise InputError("'-' is no file to write to; show the supervisor with thenar show --automaton supervisor")
         io.check_writable(path)
-        if (there := taken.setdefault(os.path.realpath(path), path)) is not path:
-            raise InputError(f"{path}: would overwrite {there}; give it another name")
+        place = os.path.realpath(path)
+        if place in taken:
+            raise InputError(f"{path}: would overwrite {taken[place]}; give it another name")
+        taken[place] = "the other output"
     if output is not None:
         io.format_by_ending(output)
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
 __all__ = ["Composed", "Grouped", "Layout", "Listed", "Numbered", "StateNames"]
 
@@ -75,13 +75,12 @@ class Layout:
     shifts: tuple[int, ...]
     bits: tuple[int, ...]
 
-    def unpack(self, keys: NDArray[np.uint64]) -> NDArray[np.int64]:
-        """Return (n, components) int64 component states of the packed ``keys`` (n, words)."""
-        columns = [
-            (keys[:, w] >> np.uint64(s)) & np.uint64((1 << b) - 1)
-            for w, s, b in zip(self.words, self.shifts, self.bits, strict=True)
-        ]
-        return np.stack(columns, axis=1).astype(np.int64) if columns else np.zeros((len(keys), 0), np.int64)
+    def unpack(self, keys: NDArray[np.uint64], dtype: DTypeLike = np.int64) -> NDArray[Any]:
+        """Return (n, components) component states of the packed ``keys`` (n, words), as integers of type ``dtype``."""
+        states = np.empty((len(keys), len(self.words)), dtype)
+        for k, (word, shift, bits) in enumerate(zip(self.words, self.shifts, self.bits, strict=True)):
+            states[:, k] = (keys[:, word] >> np.uint64(shift)) & np.uint64((1 << bits) - 1)
+        return states
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import zipfile
 from typing import Any
 
 import numpy as np
@@ -38,9 +39,8 @@ def certificate(result: SynthesisResult) -> bytes:
         raise InputError("nothing to certify: an automaton of the problem has no states")
     problem, native = result.problem, evidence.native
     arrays, header = statement(problem)
-    every = np.arange(evidence.n_states)
-    widest = max((a.n_states for a in problem.automata), default=1)
-    arrays["coords"] = evidence.coordinates(every).astype(np.min_scalar_type(widest))
+    widest = max(a.n_states for a in problem.automata)
+    arrays["coords"] = evidence.layout.unpack(native.keys, np.min_scalar_type(widest))
     arrays["reason"] = np.array(native.reason)
     arrays["rank"] = np.array(native.rank)
     # Survivors that the supervisor does not reach are left out: no proof refers to them, for a reachable survivor
@@ -62,8 +62,13 @@ def certificate(result: SynthesisResult) -> bytes:
 def pack(arrays: dict[str, NDArray[Any]], header: dict[str, Any]) -> bytes:
     """Return the file: its format, the digest of the rest, and the rest as a NumPy archive; each on a line."""
     file = io.BytesIO()
-    members: dict[str, Any] = {"header": np.frombuffer(json.dumps(header).encode(), np.uint8), **arrays}
-    np.savez_compressed(file, **members)
+    members = {"header": np.frombuffer(json.dumps(header).encode(), np.uint8), **arrays}
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archived:
+        for name, array in members.items():
+            member = zipfile.ZipInfo(f"{name}.npy")  # with a fixed date: the same result gives the same bytes
+            member.compress_type = zipfile.ZIP_DEFLATED
+            with archived.open(member, "w", force_zip64=True) as stream:
+                np.lib.format.write_array(stream, np.ascontiguousarray(array), allow_pickle=False)
     archive = file.getvalue()
     return b"\n".join((FORMAT, digest(archive), archive))
 

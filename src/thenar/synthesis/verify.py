@@ -22,6 +22,7 @@ from __future__ import annotations
 import hashlib
 import io
 import json
+import math
 import zipfile
 import zlib
 from collections.abc import Mapping
@@ -37,7 +38,7 @@ from thenar.errors import CertificateError
 __all__ = ["FORMAT", "Verdict", "digest", "read", "verify"]
 
 FORMAT = b"thenar certificate 1"  # the first line of the file; the second is the digest of the rest
-MAX_BYTES = 8 << 30  # unpacked; a file that claims more is refused before it is read
+MAX_BYTES = 4 << 30  # a file that is larger, packed or unpacked, is refused before it is read
 SURVIVES, ILLEGAL, UNCONTROLLABLE, BLOCKING = range(4)
 
 Arrays = Mapping[str, NDArray[Any]]
@@ -111,12 +112,12 @@ def _same_problem(arrays: Arrays, header: dict[str, Any], wanted: Arrays, wanted
 def read(path: str | Path) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
     """Return the arrays and the header of a certificate; raise CertificateError if it is none, or damaged."""
     try:
-        file = Path(path).read_bytes()
+        with Path(path).open("rb") as stream:
+            file = stream.read(MAX_BYTES + 1)
     except OSError as error:
         raise CertificateError(f"{path}: {error.strerror or error}") from None
-    magic, _, rest = file.partition(b"\n")
-    claimed, _, archive = rest.partition(b"\n")
-    if magic != FORMAT:
+    magic, claimed, archive = (*file.split(b"\n", 2), b"", b"")[:3]
+    if magic != FORMAT or len(file) > MAX_BYTES:
         raise CertificateError(f"{path}: not a certificate; write one with 'thenar synth MODEL --certificate FILE'")
     if claimed != digest(archive):
         raise CertificateError(f"{path}: damaged: the contents do not match their digest")
@@ -221,21 +222,22 @@ class _Checker:
 
     def moves(self, event: int, states: Ints) -> tuple[Mask, Mask, Ints]:
         """Return for each of ``states``: can the plants do ``event``; may they; the state reached (-1: none listed)."""
-        # an event that no automaton has never happens
-        can = np.full(len(states), any(table[0, event] != -2 for table in self.tables))
+        owners = [k for k, table in enumerate(self.tables) if table[0, event] != -2]
+        can = np.full(len(states), bool(owners))  # an event that no automaton has never happens
         may = np.ones(len(states), np.bool_)
-        after = self.coords[states]
-        for k, table in enumerate(self.tables):
-            target = table[after[:, k], event]
-            ok = target != -1
+        changed: dict[int, tuple[Ints, Ints]] = {}  # of each owner, its state before and after
+        for k in owners:
+            before = self.coords[states, k]
+            after = self.tables[k][before, event]
+            ok = after != -1
             if self.plant[k]:
                 can &= ok
             else:
                 may &= ok
-            after[:, k] = np.where(target >= 0, target, after[:, k])
+            changed[k] = before, after
+        both = np.flatnonzero(can & may)
         reached = np.full(len(states), -1, np.int64)
-        both = can & may
-        reached[both] = self.index.find(after[both])
+        reached[both] = self.index.find(states[both], {k: (q[both], t[both]) for k, (q, t) in changed.items()})
         return can, may, reached
 
     def where(self, bad: Mask, states: Ints) -> str:
@@ -344,32 +346,50 @@ class _Checker:
 
 
 class _Rows:
-    """Finds rows of small integers in a table: columns are folded into one key, ranked when it would overflow."""
+    """Finds rows of small integers in a table by a key of one integer each, where that does not overflow."""
 
     def __init__(self, rows: Ints, sizes: list[int]) -> None:
-        self.sizes = sizes
+        self.rows, self.sizes = rows, sizes
+        self.strides: list[int] | None = []
         self.folds: list[Ints | None] = []
         key, span = np.zeros(len(rows), np.int64), 1
         for column, size in enumerate(sizes):
-            if span * size >= 1 << 62:
+            if span * size >= 1 << 62:  # rank the keys so far; look-ups then go through every column
                 known, key = np.unique(key, return_inverse=True)
                 self.folds.append(known)
+                self.strides = None
                 span = len(known)
             else:
                 self.folds.append(None)
             key, span = key * size + rows[:, column], span * size
+        if self.strides is not None:
+            self.strides = [math.prod(sizes[k + 1 :]) for k in range(len(sizes))]
+        self.key = key
         self.order = np.argsort(key, kind="stable")
-        self.keys = key[self.order]
-        self.distinct = bool((np.diff(self.keys) > 0).all())
+        self.sorted = key[self.order]
+        self.distinct = bool((np.diff(self.sorted) > 0).all())
+        self.place: NDArray[np.int32] | None = None
+        if span <= 16 * len(rows):  # then a table is smaller than what is checked anyway, and quicker than a search
+            self.place = np.full(span, -1, np.int32)
+            self.place[key] = np.arange(len(rows))
 
-    def find(self, rows: Ints) -> Ints:
-        """Return (len(rows),) int64 the number of each row, -1 where it is not in the table."""
-        key, known_so_far = np.zeros(len(rows), np.int64), np.ones(len(rows), np.bool_)
-        for column, (size, known) in enumerate(zip(self.sizes, self.folds, strict=True)):
-            if known is not None:
-                place = np.minimum(np.searchsorted(known, key), len(known) - 1)
-                known_so_far &= known[place] == key
-                key = place
-            key = key * size + rows[:, column]
-        place = np.minimum(np.searchsorted(self.keys, key), len(self.keys) - 1)
-        return np.where(known_so_far & (self.keys[place] == key), self.order[place], -1)
+    def find(self, states: Ints, changed: Mapping[int, tuple[Ints, Ints]]) -> Ints:
+        """Return the number of each of ``states`` with the columns ``changed`` (from, to); -1: not there."""
+        known_so_far = np.ones(len(states), np.bool_)
+        if self.strides is not None:
+            key = self.key[states]
+            for column, (before, after) in changed.items():
+                key += (after - before) * self.strides[column]
+        else:
+            key = np.zeros(len(states), np.int64)
+            for column, (size, known) in enumerate(zip(self.sizes, self.folds, strict=True)):
+                if known is not None:
+                    place = np.minimum(np.searchsorted(known, key), len(known) - 1)
+                    known_so_far &= known[place] == key
+                    key = place
+                value = changed[column][1] if column in changed else self.rows[states, column]
+                key = key * size + value
+        if self.place is not None:
+            return self.place[key].astype(np.int64)
+        place = np.minimum(np.searchsorted(self.sorted, key), len(self.sorted) - 1)
+        return np.where(known_so_far & (self.sorted[place] == key), self.order[place], -1)
