@@ -36,7 +36,14 @@ from thenar.model.problem import Problem
 from thenar.model.supervisor import ControlPattern, Supervisor
 from thenar.model.trace import Check, Trace
 from thenar.synthesis.api import Size, SynthesisResult, synthesize
-from thenar.synthesis.explain import Explanation, Violation, explain_disabled, explain_empty, explain_removed
+from thenar.synthesis.explain import (
+    Explanation,
+    Violation,
+    explain,
+    explain_disabled,
+    explain_empty,
+    explain_removed,
+)
 from thenar.synthesis.simulate import Status, Step, random_trace, simulate
 
 if TYPE_CHECKING:
@@ -86,6 +93,7 @@ __all__ = [
     "condat",
     "coreachable",
     "dumps",
+    "explain",
     "explain_disabled",
     "explain_empty",
     "explain_removed",

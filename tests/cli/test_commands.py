@@ -193,7 +193,7 @@ def test_explain_tells_why_the_third_increase_of_the_grip_force_is_disabled(run:
 
 def test_explain_without_an_event_explains_all_that_is_disabled(run: Run) -> None:
     assert "SPEC1" in run("explain", "glr").out
-    assert "Nothing is disabled after approach_1" in " ".join(
+    assert "After approach_1 nothing is disabled; enabled: retract_finger_1, approach_2." in " ".join(
         run("explain", "glr", "--after", "approach_1").out.split()
     )
     assert "disabled" in run("explain", "glr", "--state", "75").out

@@ -23,7 +23,6 @@ from thenar.errors import InputError
 if TYPE_CHECKING:
     from thenar.model.problem import Problem
     from thenar.synthesis.api import SynthesisResult
-    from thenar.synthesis.explain import Explanation
     from thenar.synthesis.simulate import Step
 
 
@@ -41,8 +40,17 @@ def explain(
 
     The '*' at the end of an event's name may be left out.
     """
-    result = _synthesize(load_problem(model), bounds)
-    found = _explanations(result, after, state, event)
+    from thenar.synthesis.explain import explain as explain_all
+    from thenar.synthesis.explain import explain_disabled
+
+    problem = load_problem(model)
+    trace = None if after is None else find_trace(problem.alphabet, after)
+    event = None if event is None else find_event(problem.alphabet, event)
+    result = _synthesize(problem, bounds)
+    if event is None:
+        found = explain_all(result, after=trace, state=state)
+    else:
+        found = [explain_disabled(result, event, after=trace, state=state)]
     if json_:
         print_json([e.to_dict() for e in found])
         return
@@ -55,46 +63,6 @@ def _synthesize(problem: Problem, bounds: dict[str, Any]) -> SynthesisResult:
 
     with progress() as show:
         return synthesize(problem, limits=make_limits(**bounds), progress=show)
-
-
-def _explanations(
-    result: SynthesisResult, after: str | None, state: int | None, event: str | None
-) -> list[Explanation]:
-    from thenar.explicit.reach import shortest_trace
-    from thenar.model.trace import Trace
-    from thenar.synthesis.explain import Explanation, explain_disabled
-
-    alphabet = result.problem.alphabet
-    trace = None if after is None else find_trace(alphabet, after)
-    if event is not None:
-        event = find_event(alphabet, event)
-    if not result:
-        assert result.reason is not None
-        return [result.reason]
-    if event is not None:
-        return [explain_disabled(result, event, after=trace, state=state)]
-    if state is not None:
-        if trace is not None:
-            raise InputError("give --after or --state, not both")
-        automaton = result.supervisor.automaton
-        trace = shortest_trace(automaton, to=automaton.state(state))
-    trace = trace or Trace()
-    pattern = result.supervisor.after(trace)
-    if pattern is None:  # the trace itself is cut; asking about its last event says where and why
-        return [explain_disabled(result, trace[-1], after=trace[:-1])]
-    where = f"after {trace}" if len(trace) else "in the initial state"
-    if not pattern.disabled:
-        names = tuple(e.name for e in pattern.enabled)
-        return [
-            Explanation(
-                "enabled",
-                f"Nothing is disabled {where}; enabled: ",
-                f"{', '.join(names) or 'nothing'}.",
-                trace,
-                enabled=names,
-            )
-        ]
-    return [explain_disabled(result, e.name, after=trace) for e in pattern.disabled]
 
 
 @click.command()

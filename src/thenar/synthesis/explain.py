@@ -25,7 +25,7 @@ from thenar.model.problem import Problem
 from thenar.model.trace import Trace
 from thenar.synthesis.api import SynthesisResult, synthesize
 
-__all__ = ["Explanation", "Violation", "explain_disabled", "explain_empty", "explain_removed"]
+__all__ = ["Explanation", "Violation", "explain", "explain_disabled", "explain_empty", "explain_removed"]
 
 SURVIVES, ILLEGAL, UNCONTROLLABLE, BLOCKING = range(4)  # as the kernel numbers its reasons
 NOTHING = Trace()
@@ -88,6 +88,33 @@ class Explanation(Displayable):
         """Return the explanation as plain lists, strings and numbers."""
         plain = {k: list(v) if isinstance(v, (Trace, tuple)) else v for k, v in asdict(self).items()}
         return {"text": str(self), **plain}
+
+
+def explain(
+    result: SynthesisResult, *, after: Iterable[str] | str | None = None, state: int | None = None
+) -> list[Explanation]:
+    """Explain everything that the supervisor disables after a trace, or in a state; or why it does not get there.
+
+    One explanation for each disabled event; a single one if nothing is disabled, if the trace is cut before its
+    end, or if no supervisor exists.  Arguments, cost and errors as for :func:`explain_disabled`.
+
+    >>> from thenar.library import glr
+    >>> [str(why.event) for why in explain(synthesize(glr.problem()))]
+    ['approach_2']
+    """
+    if not result:
+        return [explain_empty(result)]
+    trace = _trace(result, after, state)
+    for event in trace:
+        result.problem.alphabet.index(event)
+    pattern = result.supervisor.after(trace)
+    if pattern is None:  # asking about the last event of a trace that is cut says where and why
+        return [explain_disabled(result, trace[-1], after=trace[:-1])]
+    if pattern.disabled:
+        return [explain_disabled(result, e.name, after=trace) for e in pattern.disabled]
+    enabled = tuple(e.name for e in pattern.enabled)
+    lead = f"{_after(trace)} nothing is disabled; enabled: "
+    return [Explanation("enabled", lead, f"{', '.join(enabled) or 'nothing'}.", trace, enabled=enabled)]
 
 
 def explain_disabled(
