@@ -147,7 +147,7 @@ def test_blocking_is_explained_by_the_deadlock_it_leads_to() -> None:
     why = thenar.explain_disabled(result, "gamble")
     assert str(why) == (
         "In the initial state the event gamble is disabled: if it happened, no marked state could be reached "
-        "from state '2', whatever happened. Enabled there: work."
+        "from state '2', whatever plants and specifications let happen. Enabled there: work."
     )
 
 

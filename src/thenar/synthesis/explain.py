@@ -271,7 +271,7 @@ def _stuck(evidence: Exploration, x: int) -> str:
     # States that block at the same rank are closed but for what was removed before them.
     way_out = evidence.shortest((rank >= 0) & (rank < rank[x]), inside=rank == rank[x], start=x)
     if way_out is None:
-        return f"no marked state could be reached from state {name!r}, whatever happened."
+        return f"no marked state could be reached from state {name!r}, whatever plants and specifications let happen."
     cause = {
         ILLEGAL: "an uncontrollable event breaks a specification",
         UNCONTROLLABLE: "uncontrollable events lead to what was removed",
