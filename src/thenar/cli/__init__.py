@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import sys
+from errno import EPIPE
 from io import TextIOWrapper
 
 import click
@@ -66,10 +67,10 @@ def main() -> None:
         _fail("out of memory; nothing was written (see --max-states)", 3)
     except (KeyboardInterrupt, click.Abort):
         _fail("interrupted; nothing was written", 130)
-    except BrokenPipeError:  # the reader of a pipe has seen enough
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what is still buffered goes nowhere
     except OSError as error:
-        _fail(f"cannot write the answer: {error.strerror or error}", 2)
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what is still buffered goes nowhere
+        if error.errno != EPIPE:  # the reader of a pipe has seen enough: that is no failure
+            _fail(f"cannot write the answer: {error.strerror or error}", 2)
     sys.exit(0)
 
 
