@@ -405,7 +405,9 @@ def test_wrong_arguments_are_exit_code_2_and_a_clear_word(run: Run, args: list[s
 def test_ctrl_c_ends_with_130_and_leaves_nothing(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "thenar.cli", "synth", "chain(24)", "-o", "out.toml"]
     with subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True) as process:
-        time.sleep(2)
+        statistics, deadline = Path(f"/proc/{process.pid}/statm"), time.monotonic() + 60
+        while statistics.exists() and int(statistics.read_text().split()[1]) < 50_000 and time.monotonic() < deadline:
+            time.sleep(0.05)  # until it holds 200 MB: then it explores
         process.send_signal(signal.SIGINT)
         _, err = process.communicate(timeout=20)
     assert process.returncode == 130
