@@ -147,7 +147,7 @@ def test_blocking_is_explained_by_the_deadlock_it_leads_to() -> None:
     why = thenar.explain_disabled(result, "gamble")
     assert str(why) == (
         "In the initial state the event gamble is disabled: if it happened, no marked state could be reached "
-        "from state '2', whatever plants and specifications let happen. Enabled there: work."
+        "from state '2', whatever happened. Enabled there: work."
     )
 
 
@@ -166,6 +166,18 @@ def test_two_specifications_that_cannot_be_met_together_are_named() -> None:
         "No supervisor exists: NO_A and NO_B cannot be met together; without any one of them there is one. "
         "Already at the start nothing could happen any more in state '0|s|s', which is not marked "
         "(a deadlock: NO_A forbids a in its state 's', and NO_B forbids b in its state 's')."
+    )
+
+
+def test_a_specification_that_closes_the_only_way_out_is_named() -> None:
+    plant = thenar.Automaton.from_transitions(
+        ["0 -in-> 1 -turn-> 2 -turn-> 1", "2 -out-> 0"], initial="0", marked=["0"], name="HAND"
+    )
+    stay = thenar.Automaton.from_transitions([], initial="s", marked=["s"], alphabet=["out"], name="STAY")
+    why = thenar.explain_disabled(thenar.synthesize(Problem(plant, stay)), "in")
+    assert str(why) == (
+        "In the initial state the event in is disabled: if it happened, no marked state could be reached from "
+        "state '1|s': after turn STAY forbids out in its state 's'."
     )
 
 

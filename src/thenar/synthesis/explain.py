@@ -29,6 +29,7 @@ __all__ = ["Explanation", "Violation", "explain", "explain_disabled", "explain_e
 
 SURVIVES, ILLEGAL, UNCONTROLLABLE, BLOCKING = range(4)  # as the kernel numbers its reasons
 NOTHING = Trace()
+MAX_SEARCHED = 1000  # states that a closed way is looked for in; beyond that it would explain nothing to a person
 MIN_BUDGET = 100_000  # product states that minimising a conflict may explore however small the problem: milliseconds
 
 
@@ -262,7 +263,8 @@ def _stuck(evidence: Exploration, x: int) -> str:
     reason, rank = evidence.native.reason, evidence.native.rank
     name = evidence.names(np.array([x]))[0]
     if not evidence.native.row(x):
-        end = f"which is not marked (a deadlock{_forbidden_at(evidence, x)})"
+        closed = _forbidden_at(evidence, x)
+        end = f"which is not marked (a deadlock{': ' + closed if closed else ''})"
         return f"nothing could happen any more in state {name!r}, {end}."
     unmarked = [p.name or "an automaton without a name" for p in evidence.parts if not p.marked.any()]
     if unmarked:
@@ -271,7 +273,10 @@ def _stuck(evidence: Exploration, x: int) -> str:
     # States that block at the same rank are closed but for what was removed before them.
     way_out = evidence.shortest((rank >= 0) & (rank < rank[x]), inside=rank == rank[x], start=x)
     if way_out is None:
-        return f"no marked state could be reached from state {name!r}, whatever plants and specifications let happen."
+        closed = _nearest_closed_way(evidence, x)
+        return (
+            f"no marked state could be reached from state {name!r}{': ' + closed if closed else ', whatever happened'}."
+        )
     cause = {
         ILLEGAL: "an uncontrollable event breaks a specification",
         UNCONTROLLABLE: "uncontrollable events lead to what was removed",
@@ -284,12 +289,25 @@ def _stuck(evidence: Exploration, x: int) -> str:
 
 
 def _forbidden_at(evidence: Exploration, x: int) -> str:
-    """Name the specifications that forbid what the plants could still do in the deadlock ``x``."""
+    """Name the specifications that forbid in state ``x`` what the plants could do there; empty if none does."""
     parts = list(zip(evidence.parts, evidence.coordinates([x])[0].tolist(), strict=True))
     plants, specs = parts[: evidence.n_plants], parts[evidence.n_plants :]
     possible = [e.name for e in evidence.alphabet if all(allows(p, q, e.name) for p, q in plants)]
-    against = _violations((e, s, q) for e in possible for s, q in specs if not allows(s, q, e))
-    return f": {_listed(against)}" if against else ""
+    return _listed(_violations((e, s, q) for e in possible for s, q in specs if not allows(s, q, e)))
+
+
+def _nearest_closed_way(evidence: Exploration, x: int) -> str:
+    """Name what the specifications forbid nearest to ``x``, a state that nothing leads out of to a marked one."""
+    queue: list[tuple[int, Trace]] = [(x, NOTHING)]
+    seen = {x}
+    for state, trace in queue:
+        if closed := _forbidden_at(evidence, state):
+            return f"after {trace} {closed}" if len(trace) else closed
+        for event, target in _row(evidence, state):
+            if target not in seen and len(seen) < MAX_SEARCHED:
+                seen.add(target)
+                queue.append((target, Trace([*trace, event])))
+    return ""
 
 
 def _walk(result: SynthesisResult, evidence: Exploration, trace: Trace) -> tuple[int, Explanation | None]:
