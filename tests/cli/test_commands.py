@@ -170,9 +170,23 @@ def test_check_says_what_does_not_hold_and_shows_a_trace(run: Run, hand: Path) -
         "controllable: no after go, slip: the plant can do uncontrollable 'slip', which 'DRY' forbids in state 'dry'\n"
     )
     assert run("check", hand, "--property", "nonblocking").code == 0
+    assert run("check", "small_factory", "--property", "nonconflicting").code == 0
     answers = json.loads(run("check", hand, "--json").out)
     assert [a["property"] for a in answers] == ["controllable", "nonblocking", "nonconflicting", "solvable"]
     assert answers[0]["witness"] == ["go", "slip"]
+
+
+def test_specifications_that_block_each_other_conflict_and_block(run: Run, tmp_path: Path) -> None:
+    spec = {"kind": "spec", "initial": "0", "marked": ["2"]}
+    automata = {
+        "P": {"kind": "plant", "initial": "0", "marked": ["0"], "transitions": [["0", "a", "0"], ["0", "b", "0"]]},
+        "AB": {**spec, "transitions": ["0 -a-> 1 -b-> 2"]},
+        "BA": {**spec, "transitions": ["0 -b-> 1 -a-> 2"]},
+    }
+    model = tmp_path / "conflict.json"
+    model.write_text(json.dumps({"events": {"a": {}, "b": {}}, "automata": automata}))
+    verdicts = {a["property"]: a["holds"] for a in json.loads(run("check", model, "--json").out)}
+    assert verdicts == {"controllable": True, "nonblocking": False, "nonconflicting": False, "solvable": False}
 
 
 # -- explain ---------------------------------------------------------------------------------------------------

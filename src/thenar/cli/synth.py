@@ -147,8 +147,8 @@ def check(model: tuple[str, ...], properties: tuple[str, ...], json_: bool, **bo
 
     \b
     controllable    no specification forbids an uncontrollable event that the plants can do
-    nonblocking     the plants alone can always reach a marked state
-    nonconflicting  plants and specifications together can always reach a marked state
+    nonblocking     plants and specifications together can always reach a marked state
+    nonconflicting  the specifications among themselves can always reach a marked state
     solvable        a supervisor exists
 
     Exit code 1 if one of them does not hold.
@@ -177,7 +177,10 @@ def _check(problem: Problem, name: str, bounds: dict[str, Any], show: Any) -> Ch
     if name == "solvable":
         result = synthesize(problem, **how)
         return Check("solvable", True) if result else Check("solvable", False, Trace(), str(result.reason))
-    found = is_nonconflicting(*(problem.plants if name == "nonblocking" else problem.automata), **how)
+    together = problem.automata if name == "nonblocking" else problem.specs
+    if not together:
+        return Check(name, True)
+    found = is_nonconflicting(*together, **how)
     return Check(name, found.holds, found.witness, found.reason)
 
 
