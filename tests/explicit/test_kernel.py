@@ -27,6 +27,19 @@ def toggles(n: int, *, uncontrollable: bool = False) -> list[Automaton]:
     ]
 
 
+def token_ring(n: int) -> list[Automaton]:
+    """n two-state automata in a ring that pass a token on: n states of n bits."""
+    return [
+        Automaton.from_transitions(
+            [("1", f"pass{k}", "0"), ("0", f"pass{(k - 1) % n}", "1")],
+            initial="1" if k == 0 else "0",
+            marked=["0", "1"],
+            name=f"P{k}",
+        )
+        for k in range(n)
+    ]
+
+
 def ring(name: str, n: int, events: list[str]) -> Automaton:
     """n states in a ring, all events moving on together."""
     lines = [(str(q), e, str((q + 1) % n)) for q in range(n) for e in events]
@@ -54,16 +67,7 @@ def test_events_beyond_a_machine_word_are_no_different(n: int) -> None:
 @pytest.mark.parametrize("n", [40, 64, 65, 100, 300, 1500])
 def test_states_of_many_words_are_no_different(n: int) -> None:
     """n two-state automata in a ring that pass a token: n states of n bits."""
-    parts = [
-        Automaton.from_transitions(
-            [("1", f"pass{k}", "0"), ("0", f"pass{(k - 1) % n}", "1")],
-            initial="1" if k == 0 else "0",
-            marked=["0", "1"],
-            name=f"P{k}",
-        )
-        for k in range(n)
-    ]
-    product = thenar.sync(*parts)
+    product = thenar.sync(*token_ring(n))
     assert (product.n_states, product.n_transitions) == (n, n)
     assert product.states[1].split("|").index("1") == 1
 
@@ -104,6 +108,14 @@ def test_components_of_one_state_take_no_room() -> None:
     ]
     product = thenar.sync(*toggles(3), *idle, *toggles_named("U", 2))
     assert (product.n_states, product.n_transitions) == (32, 32 * 5005)
+
+
+@pytest.mark.parametrize("n", [31, 32, 33, 63, 64])
+def test_a_last_component_without_bits_does_not_shorten_the_key(n: int) -> None:
+    """n bits of state fill up to a whole word; the component behind them takes no bit of it."""
+    idle = Automaton.from_transitions([("q", "idle", "q")], initial="q", marked=["q"], name="I")
+    product = thenar.sync(*token_ring(n), idle)
+    assert (product.n_states, product.n_transitions) == (n, 2 * n)
 
 
 def toggles_named(name: str, n: int) -> list[Automaton]:

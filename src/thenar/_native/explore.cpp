@@ -271,7 +271,8 @@ class Explorer final : public Exploration {
 std::unique_ptr<Exploration> Exploration::make(std::vector<Component> components, std::vector<u8> uncontrollable) {
   Layout layout = pack(components);
   const u32 n = layout.n_words;
-  const bool slim = n == 1 && (layout.shifts.empty() || layout.shifts.back() + layout.bits.back() <= 32);
+  bool slim = n == 1;
+  for (u64 c = 0; c < components.size(); ++c) slim &= layout.shifts[c] + layout.bits[c] <= 32;
   auto build = [&]<int W, bool Slim = false>() -> std::unique_ptr<Exploration> {
     layout.n_words = W;
     return std::make_unique<Explorer<W, Slim>>(std::move(components), std::move(uncontrollable), std::move(layout));
