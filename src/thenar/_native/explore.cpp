@@ -117,12 +117,10 @@ class Explorer final : public Exploration {
       u64 n = 0;
       for (u64 x = row_of_.size(); x < keys_.size() && n < kBlock; ++x) {  // generate and prefetch
         const Key<W> key = keys_[x];
-        product_.enabled(key, plant.data(), spec.data());
-        const u64 marker = product_.marker(), top = marker / 64, marker_bit = u64{1} << marker % 64;
+        const auto marked = product_.enabled(key, plant.data(), spec.data());
         bool illegal = false;
         u64 degree = 0, n_free = 0;
-        marked_.push(plant[top] & spec[top] & marker_bit);
-        plant[top] &= ~marker_bit;
+        marked_.push(marked.plants && marked.specs);
         for (u64 w = 0; w < n_words; ++w) {
           const u64 free = product_.uncontrollable()[w], both = plant[w] & spec[w];
           illegal |= (plant[w] & ~spec[w] & free) != 0;
@@ -169,7 +167,6 @@ class Explorer final : public Exploration {
     scratch.plant.resize(product_.event_words());
     scratch.spec.resize(product_.event_words());
     product_.enabled(keys_[state], scratch.plant.data(), scratch.spec.data());
-    scratch.plant[product_.marker() / 64] &= ~(u64{1} << product_.marker() % 64);
     u64 next_free = row_of_[state], next = next_free + n_free_[state];
     for (u64 w = 0; w < scratch.plant.size(); ++w)
       for (u64 events = scratch.plant[w] & scratch.spec[w]; events; events &= events - 1) {
@@ -217,10 +214,7 @@ class Explorer final : public Exploration {
       }
       const Key<W>& key = keys_[x];
       auto at = [&](u64 c) { return key.w[layout_.words[c]] >> layout_.shifts[c] & low_bits(layout_.bits[c]); };
-      product_.enabled(key, scratch.plant.data(), scratch.spec.data());
-      const u64 top = product_.marker() / 64, marker_bit = u64{1} << product_.marker() % 64;
-      const bool plants_marked = scratch.plant[top] & marker_bit;
-      scratch.plant[top] &= ~marker_bit;
+      const auto marked = product_.enabled(key, scratch.plant.data(), scratch.spec.data());
       auto forbid = [&](u64 w, u64 events) {
         const u64 event = w * 64 + static_cast<u64>(std::countr_zero(events));
         blame([&](u64 c) { return components_[c].own[event] && !defined(components_[c].graph, at(c), event); });
@@ -237,7 +231,7 @@ class Explorer final : public Exploration {
         }
       }
       if (why == Reason::blocking) {
-        if (plants_marked) blame([&](u64 c) { return !components_[c].marked[at(c)]; });
+        if (marked.plants) blame([&](u64 c) { return !components_[c].marked[at(c)]; });
         for (u64 k = row_of_[x]; k < row_end(x); ++k) follow(targets_[k]);
       }
       ticker.tick(row_end(x) - row_of_[x] + 1, n_states(), n_transitions());

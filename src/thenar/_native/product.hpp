@@ -79,11 +79,12 @@ class Product {
   }
   const Key<W>& initial() const { return initial_; }
   const u64* uncontrollable() const { return uncontrollable_.data(); }
-  // The bit after the last event says whether every component is in a marked state.
-  u64 marker() const { return n_events_; }
-
-  // Write the events that the plants can do and those that the specifications allow, one bit an event.
-  void enabled(const Key<W>& key, u64* plant, u64* spec) const {
+  struct Marked {
+    bool plants, specs;
+  };
+  // Write the events that the plants can do and those that the specifications allow, one bit an event; return who
+  // is in a marked state.
+  Marked enabled(const Key<W>& key, u64* plant, u64* spec) const {
     for (u64 w = 0; w < n_words_; ++w) plant[w] = spec[w] = valid_[w];
     for (const Group& g : groups_) {
       const u64 n = g.words.size();
@@ -93,6 +94,11 @@ class Product {
         spec[g.words[w]] &= row[n + w];
       }
     }
+    const u64 top = marker() / 64, bit = u64{1} << marker() % 64;
+    const Marked marked{(plant[top] & bit) != 0, (spec[top] & bit) != 0};
+    plant[top] &= ~bit;
+    spec[top] &= ~bit;
+    return marked;
   }
 
   // The state after an enabled event.
@@ -121,6 +127,9 @@ class Product {
     u64 stride, local;
     const Graph* graph;
   };
+
+  // The bit after the last event says whether every component is in a marked state.
+  u64 marker() const { return n_events_; }
 
   static u64 search(const Graph& g, u64 q, u64 event) {
     const i32* lo = g.events + g.offsets[q];

@@ -12,16 +12,14 @@ from thenar.cli.common import (
     find_trace,
     limits,
     load_problem,
-    make_limits,
     models,
     print_json,
-    progress,
+    run_synthesis,
     say,
 )
 from thenar.errors import InputError
 
 if TYPE_CHECKING:
-    from thenar.model.problem import Problem
     from thenar.synthesis.api import SynthesisResult
     from thenar.synthesis.simulate import Step
 
@@ -46,7 +44,7 @@ def explain(
     problem = load_problem(model)
     trace = None if after is None else find_trace(problem.alphabet, after)
     event = None if event is None else find_event(problem.alphabet, event)
-    result = _synthesize(problem, bounds)
+    result = run_synthesis(problem, bounds)
     if event is None:
         found = explain_all(result, after=trace, state=state)
     else:
@@ -56,13 +54,6 @@ def explain(
         return
     for k, e in enumerate(found):
         say("\n" * (k > 0) + click.wrap_text(str(e), width=100))
-
-
-def _synthesize(problem: Problem, bounds: dict[str, Any]) -> SynthesisResult:
-    from thenar.synthesis.api import synthesize
-
-    with progress() as show:
-        return synthesize(problem, limits=make_limits(**bounds), progress=show)
 
 
 @click.command()
@@ -92,7 +83,7 @@ def simulate(
         raise InputError("--interactive talks to a person; --json goes with --trace or --random")
     problem = load_problem(model)
     names = None if trace is None else find_trace(problem.alphabet, trace)
-    result = _synthesize(problem, bounds)
+    result = run_synthesis(problem, bounds)
     if not result:
         if json_:
             print_json({"reason": result.reason.to_dict() if result.reason else None})

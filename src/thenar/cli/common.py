@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from thenar.model.limits import Limits, Progress
     from thenar.model.problem import Problem
     from thenar.model.trace import Trace
+    from thenar.synthesis.api import SynthesisResult
 
 __all__ = [
     "as_json",
@@ -30,6 +31,7 @@ __all__ = [
     "models",
     "print_json",
     "progress",
+    "run_synthesis",
     "say",
 ]
 
@@ -123,6 +125,14 @@ def progress() -> Iterator[Progress | None]:
         yield show
     finally:
         status.stop()
+
+
+def run_synthesis(problem: Problem, bounds: dict[str, Any]) -> SynthesisResult:
+    """Synthesise within the limits of the command line, with progress."""
+    from thenar.synthesis.api import synthesize
+
+    with progress() as show:
+        return synthesize(problem, limits=make_limits(**bounds), progress=show)
 
 
 def print_json(value: object) -> None:

@@ -15,6 +15,7 @@ from thenar.cli.common import (
     models,
     print_json,
     progress,
+    run_synthesis,
     say,
 )
 from thenar.errors import InputError
@@ -82,15 +83,13 @@ def show(
 
 def _choose(problem: Problem, name: str, bounds: dict[str, Any]) -> Automaton | Supervisor:
     from thenar.explicit.products import sync
-    from thenar.synthesis.api import synthesize
 
-    if name not in ("plant", "supervisor"):
+    if name == "supervisor":
+        return run_synthesis(problem, bounds).supervisor
+    if name != "plant":
         return problem.automaton(name)
     with progress() as show:
-        within = make_limits(**bounds)
-        if name == "plant":
-            return sync(*problem.plants, limits=within, progress=show)
-        return synthesize(problem, limits=within, progress=show).supervisor
+        return sync(*problem.plants, limits=make_limits(**bounds), progress=show)
 
 
 def _seen_by(chosen: Automaton | Supervisor, trace: Trace) -> Trace:

@@ -9,6 +9,7 @@ import numpy as np
 from thenar.errors import InputError
 from thenar.explicit.exploration import Automata, Exploration, as_tuple, common_alphabet, ticker
 from thenar.explicit.products import sync
+from thenar.explicit.rows import row_offsets, sources
 from thenar.model.automaton import Automaton
 from thenar.model.limits import Limits, Progress
 from thenar.model.supervisor import Supervisor
@@ -69,12 +70,12 @@ def is_controllable(
         return Check("controllable", True)
     alphabet = common_alphabet((*plants, *specs))
     exploration = Exploration(plants, specs, alphabet, ticker(limits, progress))
-    path = exploration.shortest(exploration.native.illegal)
-    if path is None:
+    broken = _first_broken(exploration)
+    if broken is None:
         return Check("controllable", True)
-    event, by, q = forbidden(exploration, path[-1][1] if path else 0)[0]
+    trace, event, by, q = broken
     why = f"the plant can do uncontrollable {event!r}, which {by.name!r} forbids in state {by.states[q]!r}"
-    return Check("controllable", False, Trace([*(e for e, _ in path), event]), why)
+    return Check("controllable", False, Trace([*trace, event]), why)
 
 
 def condat(plant: Automata, supervisor: Automaton) -> Supervisor:
@@ -97,10 +98,9 @@ def condat(plant: Automata, supervisor: Automaton) -> Supervisor:
         return Supervisor(supervisor, offsets, np.zeros(0, np.int32))
     tick = ticker()
     exploration = Exploration(plants, (supervisor,), alphabet, tick)
-    path = exploration.shortest(exploration.native.illegal)
-    if path is not None:
-        event = forbidden(exploration, path[-1][1] if path else 0)[0][0]
-        trace = Trace(e for e, _ in path)
+    broken = _first_broken(exploration)
+    if broken is not None:
+        trace, event, *_ = broken
         raise InputError(f"after {trace} the supervisor {supervisor.name!r} disables uncontrollable event {event!r}")
     loop = exploration.extract("", tick)
     local = exploration.coordinates(loop.origin)[:, -1]
@@ -108,8 +108,8 @@ def condat(plant: Automata, supervisor: Automaton) -> Supervisor:
     own = supervisor.alphabet
     in_supervisor = np.array([own.index(e) if e in own else -1 for e in alphabet.names], np.int64)
     pairs = np.unique(np.stack([x, in_supervisor[loop.disabled]], axis=1), axis=0)
-    offsets = np.concatenate(([0], np.cumsum(np.bincount(pairs[:, 0], minlength=supervisor.n_states))))
-    return Supervisor(supervisor, offsets.astype(np.int64), pairs[:, 1].astype(np.int32))
+    offsets = row_offsets(np.bincount(pairs[:, 0], minlength=supervisor.n_states))
+    return Supervisor(supervisor, offsets, pairs[:, 1].astype(np.int32))
 
 
 def closed_loop(
@@ -128,30 +128,37 @@ def closed_loop(
     Automaton 'S/G': 12 states (1 marked), 25 transitions, 8 events
     """
     s = supervisor.automaton
-    forbidden_here = np.zeros((s.n_states, len(s.alphabet)), np.bool_)
-    forbidden_here[np.repeat(np.arange(s.n_states), np.diff(supervisor.disabled_offsets)), supervisor.disabled] = True
-    source = np.repeat(np.arange(s.n_states), np.diff(s.offsets))
-    obeyed = ~forbidden_here[source, s.events]
+    n, k, source = s.n_states, len(s.alphabet), sources(s)
+    disabled = np.repeat(np.arange(n), np.diff(supervisor.disabled_offsets)) * k + supervisor.disabled
+    obeyed = ~np.isin(source * k + s.events, disabled)
     if not obeyed.all():
-        offsets = np.concatenate(([0], np.cumsum(np.bincount(source[obeyed], minlength=s.n_states)))).astype(np.int64)
+        offsets = row_offsets(np.bincount(source[obeyed], minlength=n))
         s = replace(s, offsets=offsets, events=s.events[obeyed], targets=s.targets[obeyed])
     return sync(*as_tuple(plant), s, name="S/G", limits=limits, progress=progress)
 
 
-def forbidden(exploration: Exploration, state: int) -> list[tuple[str, Automaton, int]]:
-    """Return (event, specification, its state) for each uncontrollable event that a specification forbids in ``state``.
+def forbidden(exploration: Exploration, state: int, *, uncontrollable_only: bool) -> list[tuple[str, Automaton, int]]:
+    """Return (event, specification, its state) for each event that a specification forbids in ``state``.
 
     Only events that all plants can do there; in the order of the alphabet, then of the specifications.
     """
-    local = exploration.coordinates([state])[0].tolist()
-    parts = list(zip(exploration.parts, local, strict=True))
-    plants, specs = parts[: exploration.n_plants], parts[exploration.n_plants :]
+    plants, specs = exploration.local(state)
     found = []
     for event in exploration.alphabet:
-        if event.controllable or not all(allows(p, q, event.name) for p, q in plants):
+        if uncontrollable_only and event.controllable:
             continue
-        found += [(event.name, s, q) for s, q in specs if not allows(s, q, event.name)]
+        if all(allows(p, q, event.name) for p, q in plants):
+            found += [(event.name, s, q) for s, q in specs if not allows(s, q, event.name)]
     return found
+
+
+def _first_broken(exploration: Exploration) -> tuple[Trace, str, Automaton, int] | None:
+    """Return a shortest trace to where an uncontrollable event is forbidden: that event, by whom, in which state."""
+    path = exploration.shortest(exploration.native.illegal)
+    if path is None:
+        return None
+    event, by, q = forbidden(exploration, path[-1][1] if path else 0, uncontrollable_only=True)[0]
+    return Trace(e for e, _ in path), event, by, q
 
 
 def allows(automaton: Automaton, state: int, event: str) -> bool:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from thenar._native import kernel
+from thenar.explicit.rows import bytemask, own_mask, rows_in_order_of
 from thenar.model.automaton import Automaton
 from thenar.model.events import Alphabet, merge
 from thenar.model.limits import Limits, Progress
@@ -20,9 +21,7 @@ __all__ = [
     "Exploration",
     "Extract",
     "as_tuple",
-    "bytemask",
     "common_alphabet",
-    "rows_in_order_of",
     "ticker",
 ]
 
@@ -44,24 +43,6 @@ def ticker(limits: Limits | None = None, progress: Progress | None = None) -> ke
     """Start the clock of one computation."""
     bounds = limits or Limits()
     return kernel.Ticker(bounds.states, bounds.transitions, bounds.bytes, bounds.seconds, progress)
-
-
-def bytemask(mask: ArrayLike) -> NDArray[np.uint8]:
-    """Return a mask as the kernel takes it."""
-    return np.ascontiguousarray(mask, dtype=np.uint8)
-
-
-def rows_in_order_of(alphabet: Alphabet, automaton: Automaton) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-    """Return events and targets with the events numbered, and each row sorted, as ``alphabet`` orders them."""
-    place = np.array([alphabet.index(e) for e in automaton.alphabet], dtype=np.int32)
-    if not len(place):
-        return automaton.events, automaton.targets
-    events = place[automaton.events]
-    if (np.diff(place) > 0).all():
-        return events, automaton.targets
-    source = np.repeat(np.arange(automaton.n_states), np.diff(automaton.offsets))
-    order = np.lexsort((events, source))
-    return events[order], automaton.targets[order]
 
 
 class Exploration:
@@ -88,9 +69,7 @@ class Exploration:
         components = []
         for k, part in enumerate(self.parts):
             events, targets = rows_in_order_of(alphabet, part)
-            own = np.ones(len(alphabet), np.uint8)
-            if not blocking:
-                own = bytemask([e.name in part.alphabet for e in alphabet])
+            own = np.ones(len(alphabet), np.uint8) if blocking else own_mask(alphabet, part)
             marked = bytemask(part.marked)
             components.append(
                 kernel.Component(part.offsets, events, targets, marked, own, part.initial, k < len(plants))
@@ -112,6 +91,11 @@ class Exploration:
     def coordinates(self, states: ArrayLike) -> NDArray[np.int64]:
         """Return (len(states), parts) int64: the state of each part in each of ``states``."""
         return self.layout.unpack(self.native.keys[np.asarray(states, np.int64)])
+
+    def local(self, state: int) -> tuple[list[tuple[Automaton, int]], list[tuple[Automaton, int]]]:
+        """Return the plants and the specifications, each with its own state, when the product is in ``state``."""
+        parts = list(zip(self.parts, self.coordinates([state])[0].tolist(), strict=True))
+        return parts[: self.n_plants], parts[self.n_plants :]
 
     def names(self, states: NDArray[np.int64]) -> StateNames:
         """Return the names of ``states``, composed when someone looks."""

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thenar._native import kernel
-from thenar.explicit.exploration import Exploration, bytemask, rows_in_order_of, ticker
+from thenar.explicit.exploration import Exploration, ticker
 from thenar.explicit.reach import reachable
+from thenar.explicit.rows import bytemask, row_offsets, rows_in_order_of, sources
 from thenar.model.automaton import Automaton
 from thenar.model.events import Alphabet
 from thenar.model.limits import Limits, Progress
@@ -76,10 +77,10 @@ def minimize(automaton: Automaton) -> Automaton:
     block = kernel.minimize(a.offsets, a.events, a.targets, len(a.alphabet), bytemask(a.marked), ticker())
     order = np.argsort(block, kind="stable")
     sizes = np.bincount(block)
-    member_offsets = np.concatenate(([0], np.cumsum(sizes))).astype(np.int64)
+    member_offsets = row_offsets(sizes)
     chosen = order[member_offsets[:-1]]  # any member will do
     degree = np.diff(a.offsets)[chosen]
-    offsets = np.concatenate(([0], np.cumsum(degree))).astype(np.int64)
+    offsets = row_offsets(degree)
     edge = np.arange(offsets[-1]) + np.repeat(a.offsets[chosen] - offsets[:-1], degree)
     quotient = Automaton(
         a.name,
@@ -106,9 +107,8 @@ def complement(automaton: Automaton, name: str = "") -> Automaton:
     [True, False, True]
     """
     n, k = automaton.n_states, len(automaton.alphabet)
-    source = np.repeat(np.arange(n), np.diff(automaton.offsets))
     table = np.full((n + 1, k), n, np.int32)
-    table[source, automaton.events] = automaton.targets
+    table[sources(automaton), automaton.events] = automaton.targets
     full = n + bool((table[:n] == n).any() or n == 0)
     return Automaton(
         name or automaton.name,

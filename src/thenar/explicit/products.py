@@ -8,6 +8,7 @@ import numpy as np
 
 from thenar.errors import InputError
 from thenar.explicit.exploration import Exploration, common_alphabet, ticker
+from thenar.explicit.rows import row_offsets, sources
 from thenar.model.automaton import Automaton
 from thenar.model.events import Alphabet, Event
 from thenar.model.limits import Limits, Progress
@@ -90,8 +91,8 @@ def selfloop(automaton: Automaton, events: Iterable[Event | str] | Alphabet, nam
             raise InputError(f"selfloop: event {e!r} is in the alphabet of {automaton.name!r} already")
     n, k = automaton.n_states, len(new)
     degree = np.diff(automaton.offsets)
-    offsets = np.concatenate(([0], np.cumsum(degree + k))).astype(np.int64)
-    own = np.arange(automaton.n_transitions) + k * np.repeat(np.arange(n), degree)
+    offsets = row_offsets(degree + k)
+    own = np.arange(automaton.n_transitions) + k * sources(automaton)
     looped = (offsets[1:, None] - k + np.arange(k)).ravel()
     columns = np.empty((2, automaton.n_transitions + n * k), np.int32)
     columns[:, own] = automaton.events, automaton.targets

@@ -9,8 +9,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from thenar._native import kernel
 from thenar.errors import InputError
-from thenar.explicit.exploration import Exploration, bytemask, ticker
+from thenar.explicit.exploration import Exploration, ticker
 from thenar.explicit.products import sync
+from thenar.explicit.rows import bytemask, row_offsets, sources
 from thenar.model.automaton import Automaton
 from thenar.model.limits import Limits, Progress
 from thenar.model.trace import Check, Trace
@@ -103,14 +104,14 @@ def restrict(automaton: Automaton, keep: NDArray[np.bool_]) -> Automaton:
     if automaton.is_empty or not keep[automaton.initial]:
         return Automaton.empty(automaton.alphabet, automaton.name)
     number = np.cumsum(keep) - 1
-    source = np.repeat(np.arange(automaton.n_states), np.diff(automaton.offsets))
+    source = sources(automaton)
     kept = keep[source] & keep[automaton.targets]
     degree = np.bincount(source[kept], minlength=automaton.n_states)[keep]
     return Automaton(
         automaton.name,
         automaton.alphabet,
         int(number[automaton.initial]),
-        np.concatenate(([0], np.cumsum(degree))).astype(np.int64),
+        row_offsets(degree),
         automaton.events[kept],
         number[automaton.targets[kept]].astype(np.int32),
         automaton.marked[keep],

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thenar.errors import InputError
-from thenar.explicit.exploration import bytemask, rows_in_order_of
 from thenar.explicit.reach import distance_to_marked
+from thenar.explicit.rows import bytemask, own_mask, rows_in_order_of
 from thenar.model.problem import Problem
 from thenar.synthesis.api import SynthesisResult
 from thenar.synthesis.verify import FORMAT, digest
@@ -85,7 +85,7 @@ def statement(problem: Problem) -> tuple[dict[str, NDArray[Any]], dict[str, Any]
         kind = "plant" if k < len(problem.plants) else "spec"
         header["automata"].append({"name": a.name, "kind": kind, "initial": a.initial})
         events, targets = rows_in_order_of(problem.alphabet, a)
-        own = bytemask([e.name in a.alphabet for e in problem.alphabet])
+        own = own_mask(problem.alphabet, a)
         marked = bytemask(a.marked)
         for name, array in (
             ("offsets", a.offsets),

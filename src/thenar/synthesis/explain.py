@@ -218,9 +218,9 @@ def _why(evidence: Exploration, x: int, trace: Trace, event: str) -> Explanation
     here = _after(trace)
     row, reason = dict(_row(evidence, x)), evidence.native.reason
     enabled = tuple(e for e, t in row.items() if reason[x] == reason[t] == SURVIVES)
-    parts = list(zip(evidence.parts, evidence.coordinates([x])[0].tolist(), strict=True))
-    unable = [(p, q) for p, q in parts[: evidence.n_plants] if not allows(p, q, event)]
-    if not any(event in p.alphabet for p, _ in parts):
+    plants, specs = evidence.local(x)
+    unable = [(p, q) for p, q in plants if not allows(p, q, event)]
+    if not any(event in p.alphabet for p in evidence.parts):
         lead, why = f"{here} {event} cannot happen: ", "no automaton of the problem has it."
         return Explanation("impossible", lead, why, trace, event, enabled=enabled)
     if unable:
@@ -228,7 +228,7 @@ def _why(evidence: Exploration, x: int, trace: Trace, event: str) -> Explanation
         return Explanation(
             "impossible", f"{here} the plant cannot do {event}: ", f"{who}.", trace, event, enabled=enabled
         )
-    against = _violations((event, s, q) for s, q in parts[evidence.n_plants :] if not allows(s, q, event))
+    against = _violations((event, s, q) for s, q in specs if not allows(s, q, event))
     if against:
         lead, why = f"{here} the event {event} is disabled: ", f"{_listed(against)}."
         return Explanation("forbidden", lead, why, trace, event, violations=against, enabled=enabled)
@@ -248,7 +248,7 @@ def _consequence(evidence: Exploration, x: int, trace: Trace, lead: str) -> Expl
     end = path[-1][1] if path else x
     string = Trace(e for e, _ in path)
     if reason[end] == ILLEGAL:
-        broken = forbidden(evidence, end)
+        broken = forbidden(evidence, end, uncontrollable_only=True)
         last = broken[0][0]
         violations = _violations(v for v in broken if v[0] == last)
         string = Trace([*string, last])
@@ -290,10 +290,7 @@ def _stuck(evidence: Exploration, x: int) -> str:
 
 def _forbidden_at(evidence: Exploration, x: int) -> str:
     """Name the specifications that forbid in state ``x`` what the plants could do there; empty if none does."""
-    parts = list(zip(evidence.parts, evidence.coordinates([x])[0].tolist(), strict=True))
-    plants, specs = parts[: evidence.n_plants], parts[evidence.n_plants :]
-    possible = [e.name for e in evidence.alphabet if all(allows(p, q, e.name) for p, q in plants)]
-    return _listed(_violations((e, s, q) for e in possible for s, q in specs if not allows(s, q, e)))
+    return _listed(_violations(forbidden(evidence, x, uncontrollable_only=False)))
 
 
 def _nearest_closed_way(evidence: Exploration, x: int) -> str:
