@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 from thenar.errors import (
     AlphabetClash,
     CertificateError,
+    Fault,
     InputError,
     LimitReached,
     Mistake,
@@ -71,6 +72,7 @@ __all__ = [
     "ControlPattern",
     "Event",
     "Explanation",
+    "Fault",
     "InputError",
     "LimitReached",
     "Limits",

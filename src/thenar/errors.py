@@ -8,7 +8,8 @@
     │   ├── ModelError        a model cannot be built; ``mistakes`` lists every reason
     │   ├── AlphabetClash     one event, two meanings (controllable here, uncontrollable there)
     │   └── CertificateError  a file is not a certificate, or not a whole one
-    └── LimitReached          a computation stopped at one of its ``limits``; carries what was found out
+    ├── LimitReached          a computation stopped at one of its ``limits``; carries what was found out
+    └── Fault                 a plant in the loop is not to be trusted any more; the run ends in a safe stop
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from typing import Any
 __all__ = [
     "AlphabetClash",
     "CertificateError",
+    "Fault",
     "InputError",
     "LimitReached",
     "Mistake",
@@ -142,6 +144,15 @@ class LimitReached(ThenarError):
 
     def __reduce__(self) -> tuple[Any, ...]:
         return LimitReached, (self.limit, self.bound, self.states, self.transitions)
+
+
+class Fault(ThenarError):
+    """A plant in the loop is not to be trusted any more: the message names the part and what it did.
+
+    >>> raise Fault("sensor 'force_1_x' reports nan at 1.250 s")
+    Traceback (most recent call last):
+    thenar.errors.Fault: sensor 'force_1_x' reports nan at 1.250 s
+    """
 
 
 def _revive(cls: type[UnknownName], args: tuple[Any, ...], fields: dict[str, Any]) -> UnknownName:

@@ -392,7 +392,7 @@ def test_junk_a_huge_file_and_a_missing_one(run: Run, tmp_path: Path) -> None:
     [
         (["synth", "gl"], "no file and no library model is called 'gl'; did you mean 'glr'?"),
         (["synth", "dining(0)"], "dining"),
-        (["synth", "glr(7)"], "model 'glr(7)': too many positional arguments; it is glr()"),
+        (["synth", "glr(7)"], "model 'glr(7)': unknown variant 7"),
         (["synth", "glr", "--engine", "explicitt"], "unknown engine 'explicitt'; did you mean 'explicit'?"),
         (["simulate", "glr", "--trace", "aproach_1"], "unknown event 'aproach_1'; did you mean 'approach_1'?"),
         (["simulate", "glr"], "one of --trace, --interactive and --random"),

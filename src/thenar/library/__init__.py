@@ -19,25 +19,28 @@ MODELS: Mapping[str, Callable[..., Problem]] = {
 
 
 def model(text: str) -> Problem:
-    """Return the library model that ``text`` names, as in Python: ``"glr"``, ``"dining(5)"``.
+    """Return the library model that ``text`` names, as in Python: ``"glr"``, ``"dining(5)"``, ``"glr(extended)"``.
 
     Raises UnknownName for a model that does not exist, InputError for arguments it does not take.
 
-    >>> model("dining(3)").name
-    'dining(3)'
+    >>> model("dining(3)").name, model("glr(extended)").name
+    ('dining(3)', 'glr(extended)')
     """
-    match = re.fullmatch(r"\s*(\w+)\s*(?:\(([\s\d,]*)\))?\s*", text)
+    match = re.fullmatch(r"\s*(\w+)\s*(?:\(([\s\w,]*)\))?\s*", text)
     if match is None or match[1] not in MODELS:
         raise UnknownName("model", text, MODELS)
     function = MODELS[match[1]]
     signature = inspect.signature(function)
     words = (match[2] or "").replace(",", " ").split()
     try:
-        if any(len(word) > 9 for word in words):
+        if any(word.isdecimal() and len(word) > 9 for word in words):
             raise TypeError("no model has that many parts")
-        arguments = [int(word) for word in words]
+        arguments = [int(word) if word.isdecimal() else word for word in words]
         signature.bind(*arguments)
     except TypeError as error:
         takes = signature.replace(return_annotation=inspect.Signature.empty)
         raise InputError(f"model {text!r}: {error}; it is {match[1]}{takes}") from None
-    return function(*arguments)
+    try:
+        return function(*arguments)
+    except UnknownName as error:  # the model is known, what it is to be is not
+        raise InputError(f"model {text!r}: {error}") from None

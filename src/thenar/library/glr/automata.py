@@ -12,8 +12,9 @@ from thenar.errors import InputError
 from thenar.explicit.products import meet, selfloop, shuffle
 from thenar.library.glr.events import EVENTS
 from thenar.model.automaton import Automaton
+from thenar.model.events import Alphabet
 
-__all__ = ["adequate", "finger", "legal", "spec1", "spec2", "spec3", "spec4"]
+__all__ = ["adequate", "finger", "legal", "spec1", "spec2", "spec3", "spec4", "specification"]
 
 ERROR_FREE = (
     "approach_1, approach_2, align_finger2*, prox_make_C1, prox_make_C2, suppress_vib1, suppress_vib2, "
@@ -64,7 +65,7 @@ def spec1() -> Automaton:
 
     Once a finger is back both come back before a new approach, so the order holds for every attempt.
     """
-    return _spec(
+    return specification(
         "SPEC1",
         "Finger 1 approaches the object before finger 2.",
         "both_back",
@@ -80,7 +81,7 @@ def spec1() -> Automaton:
 def spec2() -> Automaton:
     """Return specification 2: at most two consecutive attempts, per approach, to align the fingers."""
     states = ["aligned_0", "misaligned_1", "realigned_1", "misaligned_2", "realigned_2", "misaligned_3"]
-    return _spec(
+    return specification(
         "SPEC2",
         "Only two consecutive attempts, per approach, are allowed for aligning the fingers before contact.",
         "aligned_0",
@@ -95,7 +96,7 @@ def spec2() -> Automaton:
 
 def spec3(i: int) -> Automaton:
     """Return finger ``i``'s half of specification 3; the specification is the shuffle of both halves."""
-    return _spec(
+    return specification(
         f"SPEC3_{i}",
         f"After the third unsuccessful attempt of finger {i} to make contact the task ends.",
         "failures_0",
@@ -106,7 +107,7 @@ def spec3(i: int) -> Automaton:
 def spec4() -> Automaton:
     """Return specification 4: at most two adjustments of the grip force if slip follows the load force."""
     loading = ["loading", "slip_1", "adjusted_1", "slip_2", "adjusted_2", "slip_3"]
-    return _spec(
+    return specification(
         "SPEC4",
         "If incipient slip is detected just after the load force is applied, the grip force may be adjusted twice; "
         "if slip is sensed a third time, the task ends and both fingers return.",
@@ -141,9 +142,15 @@ def adequate() -> Automaton:
     )
 
 
-def _spec(name: str, says: str, initial: str, transitions: Iterable[str]) -> Automaton:
-    """Return a specification, every state of which is marked: it says what may happen, not when the task is done."""
+def specification(
+    name: str, says: str, initial: str, transitions: Iterable[str], events: Alphabet = EVENTS
+) -> Automaton:
+    """Return a specification, every state of which is marked: it says what may happen, not when the task is done.
+
+    >>> specification("ONCE", "The fingers are aligned once.", "0", ["0 -align_finger2*-> 1"])
+    Automaton 'ONCE': 2 states (2 marked), 1 transition, 1 event
+    """
     lines = list(transitions)
-    unmarked = Automaton.from_transitions(lines, initial=initial, events=EVENTS)
+    unmarked = Automaton.from_transitions(lines, initial=initial, events=events)
     states = [unmarked.states[q] for q in range(unmarked.n_states)]
-    return Automaton.from_transitions(lines, initial=initial, marked=states, events=EVENTS, name=name, meaning=says)
+    return Automaton.from_transitions(lines, initial=initial, marked=states, events=events, name=name, meaning=says)

@@ -1,4 +1,4 @@
-"""The 28 events of the Grasp-Lift-Replace task, with the paper's meaning of each.
+"""The 28 events of the Grasp-Lift-Replace task, with the paper's meaning of each, and what the paper leaves out.
 
 The order numbers the states.  The paper does not print its labels; this order fits the first state numbers
 that it does print: finger 1's and the shared controllable events, finger 2's own, then the uncontrollable
@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from thenar.model.events import Alphabet, Event
 
-__all__ = ["EVENTS"]
+__all__ = ["EVENTS", "EXTENDED_EVENTS"]
 
 
 def _own(i: int) -> dict[str, str]:
@@ -49,6 +49,13 @@ _UNCONTROLLABLE_SHARED = {
     "incip_slip*": "incipient slip is sensed at a contact",
     "detect_misalignment*": "finger 2 is not lined up in space with finger 1",
 }
+_LEFT_OUT = {
+    "obj_dropped*": "the object is lost out of the grasp",
+    "timeout_1": "what finger 1, or both fingers together, do or wait for did not come in its time",
+    "timeout_2": "what finger 2 alone does or waits for did not come in its time",
+    "unexpected_contact_1": "finger 1 touches something while it moves free",
+    "unexpected_contact_2": "finger 2 touches something while it moves free",
+}
 
 
 def _in_label_order() -> Alphabet:
@@ -66,3 +73,4 @@ def _in_label_order() -> Alphabet:
 
 
 EVENTS = _in_label_order()
+EXTENDED_EVENTS = Alphabet([*EVENTS, *(Event(name, controllable=False, meaning=m) for name, m in _LEFT_OUT.items())])

@@ -1,0 +1,99 @@
+"""The simulated hand as a driver of the runtime: physics, then sensors, then the hand, a thousand times a second."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thenar.hand.hand import Hand
+from thenar.hand.scenarios import Disturbance
+from thenar.hand.sensing import SensorModel, check_finite
+from thenar.hand.skills import SKILLS
+from thenar.hand.world import CHANNELS, World
+from thenar.runtime.driver import Detector, Signal, Skill
+
+__all__ = ["COMMANDS", "HandDriver"]
+
+COMMANDS = ("grip_command", "lift_command_1", "lift_command_2", "slip_fraction")
+
+
+class HandDriver:
+    """Drives a :class:`~thenar.hand.hand.Hand` in a :class:`~thenar.hand.world.World` through its sensors.
+
+    The hand gets readings and gives motor forces; no object that it can reach knows the world.
+    """
+
+    period_s = 1e-3
+
+    def __init__(self, world: World, sensors: SensorModel, hand: Hand, disturb: Disturbance | None = None) -> None:
+        self.skills: Mapping[str, Skill] = {event: skill.plan for event, skill in SKILLS.items()}
+        self.detectors: Mapping[str, Detector] = {event: d.plan for event, d in hand.detectors.items()}
+        self._world, self._sensors, self._hand, self._disturb = world, sensors, hand, disturb
+        self._rows = np.empty((4096, len(CHANNELS) + len(COMMANDS)))
+        self._values = np.zeros(len(CHANNELS))
+
+    @property
+    def time_s(self) -> float:
+        """Simulated time."""
+        return self._world.time_s
+
+    @property
+    def recording(self) -> NDArray[np.float64]:
+        """What was measured and commanded: a row for each period, a column for each channel, then each command."""
+        return self._rows[: self._world.ticks]
+
+    def not_ready(self, event: str) -> str | None:
+        """Return why the skill of ``event`` cannot start now."""
+        return self._hand.not_ready(event)
+
+    def start(self, event: str) -> None:
+        """Start the skill of ``event``."""
+        self._hand.start(event)
+
+    def abort(self, event: str) -> None:
+        """End the skill of ``event`` and stand still."""
+        self._hand.stop()
+
+    def stop(self) -> None:
+        """Stand still, and hold what is held."""
+        self._hand.stop()
+
+    def tick(self) -> Sequence[Signal]:
+        """Advance physics, sensors and hand by one period."""
+        world, hand = self._world, self._hand
+        if self._disturb is not None:
+            self._disturb(world, hand.doing)
+        world.step()
+        values = self._values = self._sensors.read(world.raw)
+        if not np.isfinite(values.sum()):
+            check_finite(values, world.time_s)
+        signals = hand.tick(values, world.time_s)
+        servo = hand.servo
+        servo.drive(world.ctrl)
+        row = world.ticks - 1
+        if row == len(self._rows):
+            self._rows = np.concatenate([self._rows, np.empty_like(self._rows)])
+        out = self._rows[row]
+        out[: len(CHANNELS)] = values
+        out[len(CHANNELS) :] = (servo.grip_n if servo.gripping else 0.0, *servo.height_m, hand.slip.fraction)
+        return signals
+
+    def heartbeat(self, event: str) -> float:
+        """Return when the detector of ``event`` last looked."""
+        return self._hand.detectors[event].looked_s
+
+    def snapshot(self) -> dict[str, float]:
+        """Return what both fingers feel now."""
+        touch = self._hand.touch
+        felt = {
+            "grip_n": touch.grip_n,
+            "load_n": touch.load_n,
+            "closing_m": touch.closing_m,
+            "height_m": touch.height_m,
+            "pitch_rad": touch.pitch_rad,
+            "vibration": touch.vibration,
+        }
+        both = {f"{name}_{i + 1}": values[i] for name, values in felt.items() for i in (0, 1)}
+        return {**both, "slip_fraction": self._hand.slip.fraction}

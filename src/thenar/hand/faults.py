@@ -1,0 +1,153 @@
+"""Faults of the hand itself, put in on purpose: each must end in a safe stop that names it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thenar.errors import InputError, UnknownName
+from thenar.hand.driver import HandDriver
+from thenar.hand.sensing import SensorModel
+from thenar.hand.skills import SKILLS
+from thenar.hand.world import CHANNELS
+from thenar.runtime.driver import Detector, Signal, Skill
+
+__all__ = ["FAULTS", "Fault", "FaultyDriver", "FaultySensors", "fault"]
+
+FAULTS = {
+    "silent": "a detector looks no more",
+    "double": "an event is delivered twice",
+    "late": "an event is delivered 40 ms late",
+    "unordered": "an event is dated before one that was handled",
+    "nan": "a sensor reports no number",
+    "endless": "a skill never ends",
+}
+FROM_S = 3.0  # s of the run from which a sensor is broken
+LATE_TICKS = 40
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """A fault and the part that has it: an event, or a sensor's channel.
+
+    >>> fault("silent:incip_slip")
+    Fault(kind='silent', part='incip_slip*')
+    """
+
+    kind: str
+    part: str
+
+
+def fault(text: str) -> Fault:
+    """Read ``KIND:PART``, such as ``nan:force_x_1``; the ``*`` of an event may be left out.
+
+    Raises InputError for a text of another shape, UnknownName for a kind or a part that does not exist.
+    """
+    match = re.fullmatch(r"(\w+):(\S+)", text)
+    if not match:
+        raise InputError(f"fault {text!r}: write KIND:PART, such as silent:incip_slip or nan:force_x_1")
+    kind, part = match.groups()
+    if kind not in FAULTS:
+        raise UnknownName("fault", kind, FAULTS)
+    from thenar.hand.detectors import DETECTORS
+
+    known: list[str] = list(
+        CHANNELS
+        if kind == "nan"
+        else SKILLS
+        if kind == "endless"
+        else DETECTORS
+        if kind == "silent"
+        else [*SKILLS, *DETECTORS]
+    )
+    found = part + "*" if part not in known and part + "*" in known else part
+    if found not in known:
+        raise UnknownName("sensor" if kind == "nan" else "event", part, known)
+    return Fault(kind, found)
+
+
+class FaultySensors(SensorModel):
+    """A sensor model with one channel that reports no number any more."""
+
+    def __init__(self, sensors: SensorModel, channel: str) -> None:
+        self._whole, self._channel, self._reads = sensors, CHANNELS.index(channel), 0
+
+    def read(self, raw: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the readings, one of them not a number from FROM_S on."""
+        values = self._whole.read(raw)
+        self._reads += 1
+        if self._reads * HandDriver.period_s >= FROM_S:
+            values = values.copy()
+            values[self._channel] = np.nan
+        return values
+
+
+class FaultyDriver:
+    """A driver whose messages, or one of whose skills, are at fault."""
+
+    def __init__(self, driver: HandDriver, fault: Fault) -> None:
+        self._driver, self._fault = driver, fault
+        self.skills: Mapping[str, Skill] = driver.skills
+        self.detectors: Mapping[str, Detector] = driver.detectors
+        self.period_s = driver.period_s
+        self._held: list[tuple[int, Signal]] = []
+        self._ticks = 0
+        self._last_s = 0.0
+        self._silent_s: float | None = None
+
+    @property
+    def time_s(self) -> float:
+        """The driver's clock."""
+        return self._driver.time_s
+
+    def not_ready(self, event: str) -> str | None:
+        """As the driver."""
+        return self._driver.not_ready(event)
+
+    def start(self, event: str) -> None:
+        """As the driver."""
+        self._driver.start(event)
+
+    def abort(self, event: str) -> None:
+        """As the driver."""
+        self._driver.abort(event)
+
+    def stop(self) -> None:
+        """As the driver."""
+        self._driver.stop()
+
+    def snapshot(self) -> dict[str, float]:
+        """As the driver."""
+        return self._driver.snapshot()
+
+    def tick(self) -> Sequence[Signal]:
+        """Advance, and spoil what is delivered."""
+        self._ticks += 1
+        signals = [s for signal in self._driver.tick() for s in self._spoilt(signal)]
+        signals += [signal for due, signal in self._held if due == self._ticks]
+        self._last_s = max([self._last_s, *(s.time_s for s in signals)])
+        return signals
+
+    def heartbeat(self, event: str) -> float:
+        """Return when a detector last looked; never after FROM_S for a silent one."""
+        seen = self._driver.heartbeat(event)
+        return min(seen, FROM_S) if (self._fault.kind, self._fault.part) == ("silent", event) else seen
+
+    def _spoilt(self, signal: Signal) -> Iterator[Signal]:
+        kind = self._fault.kind
+        if signal.event != self._fault.part:
+            yield signal
+        elif kind == "double":
+            yield signal
+            self._held.append((self._ticks + 1, signal))
+        elif kind == "late":
+            self._held.append((self._ticks + LATE_TICKS, signal))
+        elif kind == "unordered":
+            yield Signal(
+                signal.event, max(self._last_s - self.period_s, signal.time_s - 4 * self.period_s), signal.number
+            )
+        # an endless skill and a silent detector deliver nothing

@@ -1,0 +1,100 @@
+"""The servo below every skill: position or force control of two fingers, 1 kHz."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thenar.hand.touch import Touch
+from thenar.hand.world import FINGER_DAMPING, HOME
+
+__all__ = ["Servo"]
+
+PERIOD_S = 1e-3
+CLOSING_STIFFNESS = 1500.0  # N/m
+LIFT_STIFFNESS = 2000.0  # N/m a finger: the load rises by this for each metre that the reference leads
+WRIST_STIFFNESS = 2.0  # Nm/rad: 0.7 of critical damping
+CENTRING = 800.0  # N/m that pull both gripping fingers, together, to where the object stands
+CENTRING_S = 0.02  # how quickly the centre follows an object on the table
+MOST_N = 60.0  # what a motor can do
+
+
+class Servo:
+    """References of both fingers, and the motor forces that follow from them; index 0 is finger 1.
+
+    A finger's closing axis is under position control, or under force control (``gripping``) towards ``grip_n``.
+    While the object stands on the table the centre of the grasp follows it; in the air (``carrying``) it is held.
+    """
+
+    def __init__(self, touch: Touch) -> None:
+        self._touch = touch
+        self.closing_m = [HOME[0], HOME[0]]
+        self.closing_speed = [0.0, 0.0]
+        self.height_m = [HOME[1], HOME[1]]
+        self.height_speed = [0.0, 0.0]
+        self.pitch_rad = [0.0, 0.0]
+        self.pitch_free = [False, False]
+        self.gripping = False
+        self.grip_n = 0.0
+        self.carrying = False
+        self.centre_m = 0.0
+        self.centre_per_n = 0.0  # m/N: how the centre moves with the grip when one side is softer
+        self._carried_at_n = 0.0
+
+    def grip(self, force_n: float) -> None:
+        """Change both fingers to force control."""
+        if not self.gripping:
+            self.centre_m = self._middle()
+        self.gripping, self.grip_n = True, force_n
+
+    def carry(self) -> None:
+        """Hold the centre of the grasp where it is: the object has left the table."""
+        if not self.carrying:
+            self.carrying, self._carried_at_n, self.centre_m = True, self.grip_n, self._middle()
+
+    def set_down(self) -> None:
+        """Let the centre of the grasp follow the object again: it stands on the table."""
+        self.carrying, self.centre_m = False, self._middle()
+
+    def hold_closing(self, i: int | None = None) -> None:
+        """Change finger ``i``, or both, to position control where they are; a grip ends for both."""
+        both = self.gripping or i is None
+        self.gripping = self.carrying = False
+        for k in (0, 1):
+            if not both and k != i:
+                continue
+            self.closing_m[k], self.closing_speed[k] = self._touch.closing_m[k], 0.0
+
+    def stand_still(self) -> None:
+        """Stop every reference where it is."""
+        self.closing_speed[:] = self.height_speed[:] = (0.0, 0.0)
+
+    def _middle(self) -> float:
+        return (self._touch.closing_m[0] - self._touch.closing_m[1]) / 2
+
+    def drive(self, ctrl: NDArray[np.float64]) -> None:
+        """Write the motor forces of this period into ``ctrl``."""
+        touch = self._touch
+        centring = 0.0
+        if self.gripping:
+            middle = (touch.closing_m[0] - touch.closing_m[1]) / 2
+            if self.carrying:
+                aim = self.centre_m + self.centre_per_n * (self.grip_n - self._carried_at_n)
+            else:
+                self.centre_m += (middle - self.centre_m) * (PERIOD_S / CENTRING_S)
+                aim = self.centre_m
+            centring = CENTRING * (aim - middle)
+        forces = []
+        for i, sign in ((0, 1.0), (1, -1.0)):
+            if self.gripping:
+                force = sign * self.grip_n + centring
+            else:
+                error = self.closing_m[i] - touch.closing_m[i]
+                force = sign * (CLOSING_STIFFNESS * error + FINGER_DAMPING * self.closing_speed[i])
+            forces.append(min(max(force, -MOST_N), MOST_N))
+            lift = self.height_m[i] - touch.height_m[i]
+            forces.append(LIFT_STIFFNESS * lift + FINGER_DAMPING * self.height_speed[i])
+            if self.pitch_free[i]:
+                self.pitch_rad[i] = touch.pitch_rad[i]
+            forces.append(WRIST_STIFFNESS * (self.pitch_rad[i] - touch.pitch_rad[i]))
+        ctrl[:] = forces

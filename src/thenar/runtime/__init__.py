@@ -1,0 +1,1 @@
+"""Executes a supervisor: the event bus, policies, clocks, watchdogs, logs and their replay."""

@@ -1,0 +1,124 @@
+"""What a plan is about: the states of a supervisor, each with what of the task has been done."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thenar.errors import InputError
+from thenar.model.supervisor import Supervisor
+
+__all__ = ["Cells", "strong_components", "unfold"]
+
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class Cells:
+    """The cells (x, D) that can be reached, D being the goal events since the last marked state.
+
+    * ``number``: (2^goals, n_states) int64, the cell of each subset and state; -1 out of reach
+    * ``state``, ``done``: (n,) int64, the state and the subset of each cell
+    * ``source``, ``target``: (m,) int64, the cells that each transition leaves and enters; sources rise
+    * ``event``: (m,) int64
+    """
+
+    number: Ints
+    state: Ints
+    done: Ints
+    source: Ints
+    event: Ints
+    target: Ints
+
+    def find(self, state: int, done: int) -> int:
+        """Return the cell of a state and a subset."""
+        cell = int(self.number[done, state])
+        if cell < 0:
+            raise InputError(f"supervisor state {state} cannot be reached with these goal events done")
+        return cell
+
+
+def unfold(supervisor: Supervisor, goals: Sequence[int]) -> Cells:
+    """Return the cells that can be reached from the initial state without a goal event, breadth-first.
+
+    ``goals`` are positions in the alphabet; subset D holds goal k if its bit k is set.  O(2^goals (|X| + |ξ|)).
+
+    >>> from thenar.library.classics import small_factory
+    >>> from thenar.synthesis.api import synthesize
+    >>> supervisor = synthesize(small_factory()).supervisor
+    >>> cells = unfold(supervisor, [supervisor.automaton.alphabet.index("repair_1")])
+    >>> supervisor.n_states, len(cells.state), cells.find(0, done=0), cells.find(0, done=1)
+    (12, 24, 0, 5)
+    """
+    S, n, k = supervisor.automaton, supervisor.n_states, len(supervisor.automaton.alphabet)
+    source = np.repeat(np.arange(n), np.diff(S.offsets))
+    disabled = np.repeat(np.arange(n), np.diff(supervisor.disabled_offsets)) * k + supervisor.disabled
+    obeyed = ~np.isin(source * k + S.events, disabled)
+    events, targets = S.events[obeyed].astype(np.int64), S.targets[obeyed].astype(np.int64)
+    degree = np.bincount(source[obeyed], minlength=n)
+    offsets = np.concatenate(([0], np.cumsum(degree)))
+    bits = np.zeros(k, np.int64)
+    bits[list(goals)] = 1 << np.arange(len(goals))
+
+    def after(cells: Ints) -> tuple[Ints, Ints, Ints]:
+        """Return for the rows of ``cells``, which are numbered D n + x: their lengths, events and targets."""
+        done, x = np.divmod(cells, n)
+        length = degree[x]
+        edge = np.arange(length.sum()) + np.repeat(offsets[x] - np.cumsum(length) + length, length)
+        before = np.repeat(np.where(S.marked[x], 0, done), length)
+        return length, events[edge], (before | bits[events[edge]]) * n + targets[edge]
+
+    number = np.full(n << len(goals), -1, np.int64)
+    front, found = np.array([S.initial], np.int64), 0
+    layers: list[Ints] = []
+    while len(front):
+        number[front] = np.arange(found, found + len(front))
+        found += len(front)
+        layers.append(front)
+        reached = after(front)[2]
+        front = np.unique(reached[number[reached] < 0])
+    cells = np.concatenate(layers)
+    length, event, target = after(cells)
+    done, state = np.divmod(cells, n)
+    return Cells(number.reshape(-1, n), state, done, np.repeat(np.arange(found), length), event, number[target])
+
+
+def strong_components(offsets: Sequence[int], targets: Sequence[int]) -> Ints:
+    """Return (n_states,) int64: the strongly connected component of each state.   [Tarjan 1972]
+
+    >>> strong_components([0, 1, 3, 3], [1, 0, 2]).tolist()
+    [1, 1, 0]
+    """
+    n, count = len(offsets) - 1, 0
+    order, low, component = [-1] * n, [0] * n, [-1] * n
+    stack: list[int] = []
+    time = 0
+    for root in range(n):
+        if order[root] >= 0:
+            continue
+        work = [(root, offsets[root])]
+        while work:
+            q, k = work.pop()
+            if k == offsets[q]:
+                order[q] = low[q] = time
+                time += 1
+                stack.append(q)
+            elif component[targets[k - 1]] < 0:
+                low[q] = min(low[q], low[targets[k - 1]])
+            while k < offsets[q + 1]:
+                t = targets[k]
+                k += 1
+                if order[t] < 0:
+                    work += [(q, k), (t, offsets[t])]
+                    break
+                if component[t] < 0:
+                    low[q] = min(low[q], order[t])
+            else:
+                if low[q] == order[q]:
+                    while component[q] < 0:
+                        component[stack.pop()] = count
+                    count += 1
+    return np.array(component, np.int64)
