@@ -56,7 +56,8 @@ FAULTS: dict[str, tuple[Tamper, str]] = {
     ),
     "late": (
         once("approach_2", lambda d, s: [replace(s, time_s=s.time_s - 0.040)]),
-        "'approach_2' was delivered 40 ms late, at {t} s",
+        "'approach_2' was delivered 40 ms late and came out of order (dated 0.0660 s, after an event of 0.0680 s), "
+        "at {t} s",
     ),
     "from the future": (
         once("approach_1", lambda d, s: [replace(s, time_s=99.0)]),
@@ -86,7 +87,7 @@ def test_a_signal_that_was_overtaken_stops_the_run() -> None:
     bus = EventBus(Alphabet(["lift", Event("slip", controllable=False)]))
     bus.arrange([Signal("lift", 0.003, 0)], 0.003)
     with pytest.raises(
-        Fault, match=r"^'slip' came out of order at 0.004 s: it is dated 0.0020 s, and an event of 0.0030 s"
+        Fault, match=r"^'slip' came out of order \(dated 0.0020 s, after an event of 0.0030 s\), at 0.004 s"
     ):
         bus.arrange([Signal("slip", 0.002, 0)], 0.004)
 

@@ -13,7 +13,7 @@ from io import TextIOWrapper
 
 import click
 
-from thenar.cli import ask, look, synth
+from thenar.cli import ask, look, replay, run, synth
 from thenar.errors import InputError, LimitReached
 
 __all__ = ["cli", "main"]
@@ -22,7 +22,7 @@ __all__ = ["cli", "main"]
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
 @click.version_option(package_name="thenar", message="thenar %(version)s")
 def cli() -> None:
-    """Supervisory control of discrete-event systems: synthesise, explain, certify.
+    """Supervisory control of discrete-event systems: synthesise, explain, certify and run.
 
     MODEL is a model file (.toml or .json), '-' for standard input, or a library model such as glr, agv or
     'dining(5)'.  Several models are composed: their plants together, their specifications together.
@@ -40,6 +40,9 @@ for command in (
     look.show,
     look.paper,
     look.doctor,
+    run.run,
+    run.scenarios,
+    replay.replay,
 ):
     cli.add_command(command)
 

@@ -32,7 +32,6 @@ class HandDriver:
         self.detectors: Mapping[str, Detector] = {event: d.plan for event, d in hand.detectors.items()}
         self._world, self._sensors, self._hand, self._disturb = world, sensors, hand, disturb
         self._rows = np.empty((4096, len(CHANNELS) + len(COMMANDS)))
-        self._values = np.zeros(len(CHANNELS))
 
     @property
     def time_s(self) -> float:
@@ -41,7 +40,7 @@ class HandDriver:
 
     @property
     def recording(self) -> NDArray[np.float64]:
-        """What was measured and commanded: a row for each period, a column for each channel, then each command."""
+        """What was measured, and what had been commanded by then: a row for each period, a column for each channel, then each command."""
         return self._rows[: self._world.ticks]
 
     def not_ready(self, event: str) -> str | None:
@@ -66,19 +65,25 @@ class HandDriver:
         if self._disturb is not None:
             self._disturb(world, hand.doing)
         world.step()
-        values = self._values = self._sensors.read(world.raw)
+        values = self._sensors.read(world.raw)
+        out = self._row()
+        out[: len(CHANNELS)] = values
+        servo = hand.servo
+        commands = servo.grip_n if servo.gripping else 0.0, *servo.height_m, hand.slip.fraction
+        out[len(CHANNELS) :] = commands
         if not np.isfinite(values.sum()):
             check_finite(values, world.time_s)
         signals = hand.tick(values, world.time_s)
-        servo = hand.servo
         servo.drive(world.ctrl)
-        row = world.ticks - 1
+        return signals
+
+    def _row(self) -> NDArray[np.float64]:
+        """Return the row of this period, to be filled."""
+        row = self._world.ticks - 1
         if row == len(self._rows):
             self._rows = np.concatenate([self._rows, np.empty_like(self._rows)])
-        out = self._rows[row]
-        out[: len(CHANNELS)] = values
-        out[len(CHANNELS) :] = (servo.grip_n if servo.gripping else 0.0, *servo.height_m, hand.slip.fraction)
-        return signals
+        found: NDArray[np.float64] = self._rows[row]
+        return found
 
     def heartbeat(self, event: str) -> float:
         """Return when the detector of ``event`` last looked."""

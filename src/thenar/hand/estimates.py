@@ -78,8 +78,8 @@ class Estimates:
     stiffness_paper_n_per_m: float | None = None
     load: Mean = field(default_factory=Mean)
 
-    def slipped(self, limits: NDArray[np.float64], normal: NDArray[np.float64], ratio: float) -> None:
-        """Learn from a slip: each slipping element's friction limit and normal force (N), and F_t / F_n of the pad.
+    def slipped(self, limits: NDArray[np.float64], normal: NDArray[np.float64], load_n: float, grip_n: float) -> None:
+        """Learn from a slip: each slipping element's friction limit and normal force (N), and F_t, F_n of the pad.
 
         The latest slip counts: the one that the friction procedure provokes is slower than one under a rising load.
         """
@@ -89,7 +89,8 @@ class Estimates:
         spread = math.sqrt(float(weight @ (limits - mu) ** 2) / max(len(limits) - 1, 1))
         noise = NOISE_N / float(np.maximum(normal, 1e-3).sum()) * math.sqrt(len(limits))
         self.mu = Estimate(mu, mu * math.hypot(spread / mu, noise))
-        self.mu_paper = ratio
+        self.mu_paper = load_n / grip_n
+        self.weight_paper_n = 2 * mu * grip_n
 
     def held(self, load_n: float) -> None:
         """Learn from one period in which the object is held still in the air."""

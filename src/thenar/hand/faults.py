@@ -147,7 +147,5 @@ class FaultyDriver:
         elif kind == "late":
             self._held.append((self._ticks + LATE_TICKS, signal))
         elif kind == "unordered":
-            yield Signal(
-                signal.event, max(self._last_s - self.period_s, signal.time_s - 4 * self.period_s), signal.number
-            )
+            yield Signal(signal.event, self._last_s - self.period_s, signal.number)
         # an endless skill and a silent detector deliver nothing

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from thenar.hand.detectors import HandDetector, detectors
 from thenar.hand.estimates import Estimates
+from thenar.hand.geometry import PLANAR, Geometry
 from thenar.hand.servo import Servo
 from thenar.hand.skills import SKILLS, HandSkill
 from thenar.hand.slip import SLIP_FRACTION, SlipSensor
@@ -42,11 +43,17 @@ class Hand:
     ``compression_m`` is how far a pad gives way under a grip force, from a calibration on a reference block.
     """
 
-    def __init__(self, setup: HandSetup, compression_m: Callable[[float], float], events: frozenset[str]) -> None:
-        self.setup = setup
+    def __init__(
+        self,
+        setup: HandSetup,
+        compression_m: Callable[[float], float],
+        events: frozenset[str],
+        geometry: Geometry = PLANAR,
+    ) -> None:
+        self.setup, self.geometry = setup, geometry
         self.compression_m = compression_m
         self.touch = Touch()
-        self.servo = Servo(self.touch)
+        self.servo = Servo(self.touch, geometry)
         self.slip = SlipSensor(self.touch)
         self.estimates = Estimates()
         self.detectors = {name: d for name, d in detectors().items() if name in events}
@@ -58,7 +65,7 @@ class Hand:
         self._numbers: dict[str, int] = {}
         self._load_height: float | None = None
         self._lift_load_n = 0.0
-        self._slip_seen: tuple[NDArray[np.bool_], float] | None = None
+        self._slip_seen: tuple[NDArray[np.bool_], float, float] | None = None
         self._ticks = 0
 
     # what the skills remember and share
@@ -76,6 +83,13 @@ class Hand:
         """Return the load of the object in the air: its mean, once it was held still."""
         mean = self.estimates.load
         return mean.value if mean.n >= 100 else self._lift_load_n
+
+    def rest(self, i: int) -> tuple[float, float]:
+        """Return where finger ``i`` goes to rest: on a shared slide it stays down while the other finger touches."""
+        closing, height = self.geometry.home
+        if self.geometry.linked and self.in_contact[1 - i]:
+            height = self.servo.height_m[i]
+        return closing, height
 
     def begin_load(self) -> None:
         """Remember where the fingers were when they began to pull."""
@@ -103,12 +117,12 @@ class Hand:
         """Hold still and learn from the elements that slip."""
         if self._slip_seen is None:
             return
-        slipping, ratio = self._slip_seen
+        slipping, load_n, grip_n = self._slip_seen
         self._slip_seen = None
         for _ in range(STUDY_MS):
             self.slip.study()
             yield
-        self.estimates.slipped(self.slip.ratio[slipping], self.touch.normal[slipping], ratio)
+        self.estimates.slipped(self.slip.ratio[slipping], self.touch.normal[slipping], load_n, grip_n)
 
     # what the driver asks of it
 
@@ -164,8 +178,7 @@ class Hand:
 
     def _fired(self, event: str) -> None:
         if event == "incip_slip*":
-            ratio = abs(self.touch.load_n[0]) / max(self.touch.grip_n[0], 1e-6)
-            self._slip_seen = (self.slip.slipping.copy(), ratio)
+            self._slip_seen = (self.slip.slipping.copy(), self.touch.load_n[0], max(self.touch.grip_n[0], 1e-3))
         self.stop()
 
     def _signal(self, event: str) -> Signal:

@@ -41,9 +41,9 @@ class Scenario:
     missing: bool = False
     hole: bool = False
 
-    def world(self, block: Block) -> World:
+    def world(self, block: Block, hand: type[World] = World) -> World:
         """Return the physics of this scenario around ``block``."""
-        return World(block, obstacle=self.obstacle, glued=self.glued, missing=self.missing)
+        return hand(block, obstacle=self.obstacle, glued=self.glued, missing=self.missing)
 
 
 def shaking(seconds: float) -> Callable[[], Disturbance]:
@@ -172,7 +172,7 @@ _ALL = (
         "collision",
         "something stands in the way of finger 1",
         "unexpected_contact_1",
-        "stopped",
+        "gave_up",
         obstacle=True,
         hole=True,
     ),

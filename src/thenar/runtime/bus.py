@@ -68,13 +68,13 @@ class EventBus:
         late = now_s - time_s
         if not late >= -_FUTURE_S:  # so that no NaN passes either
             raise Fault(f"{event!r} is dated {time_s:.3f} s, but it is only {now_s:.3f} s")
+        wrong = []
         if late > self._max_delay_s + _FUTURE_S:
-            raise Fault(f"{event!r} was delivered {1e3 * late:.0f} ms late, at {now_s:.3f} s")
+            wrong.append(f"was delivered {1e3 * late:.0f} ms late")
         if time_s < self._latest_s:
-            raise Fault(
-                f"{event!r} came out of order at {now_s:.3f} s: it is dated {time_s:.4f} s, "
-                f"and an event of {self._latest_s:.4f} s was handled before"
-            )
+            wrong.append(f"came out of order (dated {time_s:.4f} s, after an event of {self._latest_s:.4f} s)")
+        if wrong:
+            raise Fault(f"{event!r} {' and '.join(wrong)}, at {now_s:.3f} s")
         return signal
 
 

@@ -1,0 +1,282 @@
+"""thenar run, scenarios: the supervisor on the simulated hand."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from thenar.cli.common import as_json, load_problem, print_json, run_synthesis, say
+from thenar.errors import InputError, counted
+
+if TYPE_CHECKING:
+    from thenar.hand.episode import Episode
+    from thenar.hand.estimates import Estimate
+    from thenar.hand.objects import Block
+    from thenar.model.problem import Problem
+    from thenar.model.supervisor import Supervisor
+
+OnTick = Callable[[float, "str | None", "str | None"], None]
+
+
+@click.command()
+@click.argument("model", metavar="MODEL")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Draws the block and the noise.")
+@click.option("--scenario", "scenario_", default="nominal", show_default=True, metavar="NAME", help="What happens.")
+@click.option("--variant", metavar="V", help="Variant of the task: paper or extended.")
+@click.option(
+    "--policy", default="shortest", show_default=True, metavar="P", help="shortest, priority, random, operator."
+)
+@click.option("--sensors", default="lab", show_default=True, metavar="S", help="Sensor profile: ideal, lab, rough.")
+@click.option("--hand", default="planar", show_default=True, metavar="H", help="The hand: planar or panda.")
+@click.option("--mass", type=float, metavar="KG", help="Mass of the block, instead of the scenario's.")
+@click.option("--mu", type=float, metavar="MU", help="Friction of the block, instead of the scenario's.")
+@click.option("--stiffness", type=float, metavar="N/M", help="Stiffness of both sides, instead of the scenario's.")
+@click.option("--fault", "fault_", metavar="KIND:PART", help="Put a fault in, such as silent:incip_slip.")
+@click.option("--out", default="out", show_default=True, metavar="DIR", help="Folder for log, MCAP file and picture.")
+@click.option("--video", is_flag=True, help="Also write a video (needs an OpenGL library).")
+@click.option("--live", is_flag=True, help="Run at the pace of the real clock.")
+@as_json
+def run(
+    model: str,
+    seed: int,
+    scenario_: str,
+    variant: str | None,
+    policy: str,
+    sensors: str,
+    hand: str,
+    fault_: str | None,
+    out: str,
+    video: bool,
+    live: bool,
+    json_: bool,
+    **own: float | None,
+) -> None:
+    """Run the supervisor of MODEL on a simulated hand: grasp, lift, squeeze and replace a block.
+
+    Writes log.jsonl (every event, with its reasons), episode.mcap (all channels, for Foxglove and PlotJuggler) and
+    episode.png into DIR.  Exits with 1 if the task was not done, or only seemingly.
+    """
+    from thenar.explicit.products import sync
+    from thenar.hand.episode import block_of, run_episode
+    from thenar.hand.faults import fault as fault_named
+    from thenar.hand.scenarios import scenario as scenario_named
+    from thenar.runtime.clock import RealClock, VirtualClock
+    from thenar.runtime.record import LogWriter, header
+
+    problem = named_problem(model, variant)
+    scenario = scenario_named(scenario_)
+    fault = None if fault_ is None else fault_named(fault_)
+    block = with_own_values(block_of(scenario, seed), own)
+    folder = make_folder(out)
+    if video:
+        from thenar.hand.video import check_video
+
+        check_video()
+    supervisor = fit_supervisor(problem)
+    plant = sync(*problem.plants, name="G")
+    first = header(
+        problem.name.partition("(")[0],
+        variant=variant_of(problem),
+        seed=seed,
+        events=[e.name for e in supervisor.automaton.alphabet],
+        scenario=scenario.name,
+        sensors=sensors,
+        policy=policy,
+        hand=hand,
+        fault=fault_ or "",
+        thenar=thenar_version(),
+    )
+    with LogWriter(folder / "log.jsonl", first) as log, watched() as on_tick:
+        episode = run_episode(
+            supervisor,
+            plant,
+            block=block,
+            scenario=scenario,
+            sensors=sensors,
+            policy=policy,
+            seed=seed,
+            hand=hand,
+            fault=fault,
+            clock=RealClock() if live else VirtualClock(),
+            log=log,
+            on_tick=on_tick,
+        )
+    files = write_files(folder, episode, first, video)
+    if json_:
+        print_json(episode.to_dict())
+    else:
+        report(problem, supervisor, scenario.name, episode)
+        say(f"  written     {', '.join(['log.jsonl', *files])} in {folder}")
+    if not (episode.discrete_success and episode.physical_success):
+        raise click.exceptions.Exit(1)
+
+
+@click.command()
+@as_json
+def scenarios(json_: bool) -> None:
+    """List the scenarios of thenar run, and what each provokes."""
+    from thenar.hand.scenarios import SCENARIOS
+
+    if json_:
+        print_json(
+            [
+                {"name": s.name, "says": s.says, "provokes": s.provokes or None, "ends": s.ends, "hole": s.hole}
+                for s in SCENARIOS.values()
+            ]
+        )
+        return
+    width = max(map(len, SCENARIOS))
+    for s in SCENARIOS.values():
+        where = " (extended variant only)" if s.hole else ""
+        provokes = f"provokes {s.provokes}{where}, " if s.provokes else ""
+        say(f"{s.name:<{width}}  {s.says}")
+        say(f"{'':<{width}}    {provokes}ends: {s.ends.replace('_', ' ')}")
+
+
+def named_problem(model: str, variant: str | None) -> Problem:
+    """Return the problem that MODEL and --variant name."""
+    if variant is None:
+        return load_problem((model,))
+    if model != "glr":
+        raise InputError(f"--variant is of the model glr; {model} has none")
+    from thenar.library import glr
+
+    return glr.problem(variant)
+
+
+def variant_of(problem: Problem) -> str:
+    """Return the variant that a problem of the library is, as its name says."""
+    return problem.name.partition("(")[2].rstrip(")") or "paper"
+
+
+def with_own_values(block: Block, own: dict[str, float | None]) -> Block:
+    """Return ``block`` with what the command line says of it."""
+    changes: dict[str, Any] = {}
+    if own.get("mass") is not None:
+        changes["mass_kg"] = own["mass"]
+    if own.get("mu") is not None:
+        changes["mu"] = own["mu"]
+    if own.get("stiffness") is not None:
+        changes |= {"stiffness_1_n_per_m": own["stiffness"], "stiffness_2_n_per_m": own["stiffness"]}
+    return replace(block, **changes)
+
+
+def make_folder(out: str) -> Path:
+    """Return the folder of the outputs, made if it is not there."""
+    folder = Path(out)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{out}: cannot be made a folder: {error.strerror}") from None
+    if not os.access(folder, os.W_OK):
+        raise InputError(f"{out}: cannot be written: no permission")
+    return folder
+
+
+def fit_supervisor(problem: Problem) -> Supervisor:
+    """Synthesise, and check that the supervisor is fit to be executed; say why not and exit with 1 if it is not."""
+    from thenar.explicit.products import sync
+    from thenar.hand.skills import SKILLS
+    from thenar.synthesis.deploy import fit_to_run
+
+    result = run_synthesis(problem, {"max_states": None, "max_seconds": None, "max_bytes": None})
+    if not result:
+        say(f"{problem}\n{result.reason}")
+        raise click.exceptions.Exit(1)
+    commands = [event for event, skill in SKILLS.items() if skill.plan.commit == "command"]
+    failed = [c for c in fit_to_run(result.supervisor, sync(*problem.plants), commands) if not c]
+    if failed:
+        for check in failed:
+            say(f"not fit to be executed: {check}")
+        raise click.exceptions.Exit(1)
+    return result.supervisor
+
+
+def thenar_version() -> str:
+    """Return the version of thenar, for the header of a log."""
+    import thenar
+
+    return str(thenar.__version__)
+
+
+@contextmanager
+def watched() -> Iterator[OnTick | None]:
+    """Yield a callback that keeps a line on a terminal up to date: time, phase, last event."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+
+    from thenar.hand.phases import phase_after
+
+    phase = phase_after(None)
+    with Console(stderr=True).status("") as status:
+
+        def show(time_s: float, last: str | None, running: str | None) -> None:
+            nonlocal phase
+            phase = phase_after(last, phase)
+            now = running or "waits"
+            status.update(f"{time_s:6.2f} s   {phase:<13} {now:<24} after {last or 'the start'}   (Ctrl-C stops)")
+
+        yield show
+
+
+def write_files(folder: Path, episode: Episode, first: dict[str, Any], video: bool) -> list[str]:
+    """Write the MCAP file, the picture and, if asked for, the video; return their names."""
+    from thenar.hand.mcap_log import write_mcap
+    from thenar.hand.picture import draw_episode
+    from thenar.io.files import atomic_write
+
+    write_mcap(folder / "episode.mcap", episode, first)
+    atomic_write(folder / "episode.png", draw_episode(episode))
+    if not video:
+        return ["episode.mcap", "episode.png"]
+    from thenar.hand.video import write_video
+
+    write_video(folder / "episode.mp4", episode)
+    return ["episode.mcap", "episode.png", "episode.mp4"]
+
+
+def report(problem: Problem, supervisor: Supervisor, scenario: str, episode: Episode) -> None:
+    """Print what a person wants to know at a glance."""
+    found, score, block = episode.run, episode.score, episode.block
+    pace = found.time_s / episode.wall_s if episode.wall_s else 0.0
+    say(f"{problem.name}, scenario {scenario}, seed {episode.seed}: {found.outcome.replace('_', ' ')}")
+    say(f"  {found.message}")
+    say(f"  supervisor  {supervisor.n_states:,} states; exists, controllable, nonblocking, fit to be executed")
+    took = f"{found.time_s:.1f} s simulated in {episode.wall_s:.1f} s ({pace:.0f}x)"
+    say(f"  run         {counted(len(found.trace), 'event')}, {took}")
+    done = [
+        "never dropped" if not score.dropped else "DROPPED",
+        f"lifted to within {abs(1e3 * score.lift_error_m):.2f} mm"
+        if score.lift_error_m is not None
+        else "not lifted to Z",
+        f"moved by {1e3 * score.replace_error_m:.2f} mm in all",
+    ]
+    say(f"  physically  {'success' if score.physical_success else 'FAILED'}: {', '.join(done)}")
+    e = episode.estimates
+    estimate_line("friction", e.mu, block.mu, "", e.mu_paper)
+    estimate_line("weight", e.weight_n, block.weight_n, " N", e.weight_paper_n)
+    estimate_line("stiffness", e.stiffness_n_per_m, block.stiffness_n_per_m, " N/m", e.stiffness_paper_n_per_m)
+    if score.latency_ms:
+        late = (f"{event} {sum(ms) / len(ms):.0f} ms" for event, ms in score.latency_ms.items())
+        say(f"  detected    {', '.join(late)} after it happened")
+    for violation in found.violations:
+        say(f"  VIOLATION   {violation}")
+
+
+def estimate_line(what: str, found: Estimate | None, truth: float, unit: str, paper: float | None) -> None:
+    """Print an estimate beside the truth, and beside the paper's formula."""
+    if found is None:
+        say(f"  {what:<11} not measured")
+        return
+    formula = "" if paper is None else f"; by the paper's formula {paper:.4g} ({100 * (paper / truth - 1):+.1f} %)"
+    error = f"{100 * (found.value / truth - 1):+.2f} %"
+    say(f"  {what:<11} {found}{unit}, in truth {truth:.4g} ({error}){formula}")
