@@ -9,7 +9,7 @@ SOURCES := pyproject.toml constraints.txt CMakeLists.txt $(wildcard src/thenar/_
 .PHONY: demo test lint bench docs wheel sanitize clean
 
 demo: $(VENV)/.package
-	$(BIN)/thenar paper
+	$(BIN)/thenar run glr
 
 test: $(VENV)/.dev
 	$(BIN)/python -m pytest

@@ -15,6 +15,7 @@ from rich.console import Console
 from rich.table import Table
 
 import thenar
+from bench.hand import hand
 from bench.peers import TOOLS, best
 from thenar.model.automaton import Automaton
 from thenar.model.problem import Problem
@@ -152,7 +153,12 @@ def main() -> None:
     console = Console(width=130 if not sys.stdout.isatty() else None)
     where = f"Python {platform.python_version()}, {platform.machine()}"
     console.print(f"thenar {thenar.__version__}, {where}; CPU seconds, best of several runs")
-    run = {"kernel": kernel(console), "milliseconds": small_things(console), "peers": peers(console)}
+    run = {
+        "kernel": kernel(console),
+        "milliseconds": small_things(console),
+        "hand": hand(console),
+        "peers": peers(console),
+    }
     RESULTS.mkdir(exist_ok=True)
     path = RESULTS / f"{datetime.now(UTC):%Y-%m-%dT%H%M%S}.json"
     path.write_text(json.dumps(run, indent=2))

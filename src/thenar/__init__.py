@@ -37,6 +37,7 @@ from thenar.model.problem import Problem
 from thenar.model.supervisor import ControlPattern, Supervisor
 from thenar.model.trace import Check, Trace
 from thenar.synthesis.api import Size, SynthesisResult, synthesize
+from thenar.synthesis.deploy import fit_to_run
 from thenar.synthesis.explain import (
     Explanation,
     Violation,
@@ -49,13 +50,29 @@ from thenar.synthesis.simulate import Status, Step, random_trace, simulate
 
 if TYPE_CHECKING:
     from thenar import library
+    from thenar.hand.campaign import Campaign, run_campaign
+    from thenar.hand.episode import Episode, run_episode
+    from thenar.hand.objects import Block
     from thenar.io import dumps, load, loads, save
     from thenar.render import html, mermaid, svg, table
+    from thenar.runtime.driver import Detector, Driver, Signal, Skill
+    from thenar.runtime.executor import execute
+    from thenar.runtime.record import Log, LogWriter, read_log
+    from thenar.runtime.replay import Replay, replay
+    from thenar.runtime.run import Run
     from thenar.synthesis.certificate import certificate
     from thenar.synthesis.verify import Verdict, verify
 
 # Imported when first used: import thenar pulls NumPy and the kernel only.
 _LATER = {
+    **dict.fromkeys(("Campaign", "run_campaign"), "thenar.hand.campaign"),
+    **dict.fromkeys(("Episode", "run_episode"), "thenar.hand.episode"),
+    "Block": "thenar.hand.objects",
+    **dict.fromkeys(("Detector", "Driver", "Signal", "Skill"), "thenar.runtime.driver"),
+    "execute": "thenar.runtime.executor",
+    **dict.fromkeys(("Log", "LogWriter", "read_log"), "thenar.runtime.record"),
+    **dict.fromkeys(("Replay", "replay"), "thenar.runtime.replay"),
+    "Run": "thenar.runtime.run",
     **dict.fromkeys(("dumps", "load", "loads", "save"), "thenar.io"),
     **dict.fromkeys(("html", "mermaid", "svg", "table"), "thenar.render"),
     "certificate": "thenar.synthesis.certificate",
@@ -67,19 +84,30 @@ __all__ = [
     "Alphabet",
     "AlphabetClash",
     "Automaton",
+    "Block",
+    "Campaign",
     "CertificateError",
     "Check",
     "ControlPattern",
+    "Detector",
+    "Driver",
+    "Episode",
     "Event",
     "Explanation",
     "Fault",
     "InputError",
     "LimitReached",
     "Limits",
+    "Log",
+    "LogWriter",
     "Mistake",
     "ModelError",
     "Problem",
+    "Replay",
+    "Run",
+    "Signal",
     "Size",
+    "Skill",
     "Status",
     "Step",
     "Supervisor",
@@ -95,10 +123,12 @@ __all__ = [
     "condat",
     "coreachable",
     "dumps",
+    "execute",
     "explain",
     "explain_disabled",
     "explain_empty",
     "explain_removed",
+    "fit_to_run",
     "html",
     "is_controllable",
     "is_isomorphic",
@@ -114,6 +144,10 @@ __all__ = [
     "project",
     "random_trace",
     "reachable",
+    "read_log",
+    "replay",
+    "run_campaign",
+    "run_episode",
     "save",
     "selfloop",
     "shortest_trace",

@@ -13,7 +13,7 @@ from io import TextIOWrapper
 
 import click
 
-from thenar.cli import ask, look, replay, run, synth
+from thenar.cli import ask, campaign, look, replay, run, synth
 from thenar.errors import InputError, LimitReached
 
 __all__ = ["cli", "main"]
@@ -42,6 +42,7 @@ for command in (
     look.doctor,
     run.run,
     run.scenarios,
+    campaign.campaign,
     replay.replay,
 ):
     cli.add_command(command)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -13,7 +14,8 @@ from thenar.cli.common import as_json, print_json, say
 from thenar.cli.run import fit_supervisor, named_problem, variant_of
 
 if TYPE_CHECKING:
-    from thenar.hand.campaign import Campaign, Progress as Progress_
+    from thenar.hand.campaign import Campaign
+    from thenar.hand.campaign import Progress as Progress_
 
 Watch = Callable[["Progress_"], None]
 NAMES = {
@@ -52,30 +54,32 @@ def campaign(
     Exits with 1 if an episode could not be done; one that failed physically is a result, not an error.
     """
     from thenar.explicit.products import sync
-    from thenar.hand.campaign import run_campaign
-    from thenar.hand.campaign_picture import draw_errors
+    from thenar.hand.campaign import read_rows, run_campaign
+    from thenar.hand.campaign.picture import draw_errors
     from thenar.io.files import atomic_write
 
     problem = named_problem(model, variant)
-    folder = out or f"campaign-{model.split('(')[0]}-{variant_of(problem)}-{seed}"
+    task, which = model.partition("(")[0], variant_of(problem)
+    folder = out or f"campaign-{task}-{which}-{seed}"
     supervisor = fit_supervisor(problem)
-    kept: list[int] = []
     try:
-        with _watched(kept) as on_progress:
+        with _watched() as on_progress:
             found = run_campaign(
                 supervisor,
                 sync(*problem.plants, name="G"),
                 episodes=episodes,
                 seed=seed,
                 out=folder,
-                task=model.split("(")[0],
-                variant=variant_of(problem),
+                task=task,
+                variant=which,
                 on_progress=on_progress,
                 **options,
             )
     except KeyboardInterrupt:
-        done = f"{kept[-1]} of {episodes} episodes are done and kept in {folder}" if kept else "nothing was run"
-        click.echo(f"thenar: interrupted: {done}; the same command goes on from there", err=True)
+        file = Path(folder, "campaign.sqlite")
+        done = sum(row.episode <= episodes for row in read_rows(file)) if file.exists() else 0
+        kept = f"{done} of {episodes} episodes are done and kept in {folder}"
+        click.echo(f"thenar: interrupted: {kept}; the same command goes on from there", err=True)
         raise click.exceptions.Exit(130) from None
     atomic_write(found.folder / "campaign.png", draw_errors(found.rows))
     if json_:
@@ -88,27 +92,26 @@ def campaign(
 
 
 @contextmanager
-def _watched(kept: list[int]) -> Iterator[Watch]:
-    """Yield what is called with each episode: it counts them in ``kept``, and moves a bar on a terminal."""
+def _watched() -> Iterator[Watch]:
+    """Yield what is called with each episode: it moves a bar on a terminal, and says at once what is lost."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     columns = (
-        BarColumn(),
+        BarColumn(16),
         MofNCompleteColumn(),
         TextColumn("{task.description}"),
         TimeRemainingColumn(),
-        TextColumn("(Ctrl-C stops, nothing is lost)"),
+        TextColumn("(Ctrl-C stops)"),
     )
     console = Console(stderr=True)
     with Progress(*columns, console=console, disable=not sys.stderr.isatty(), transient=True) as bar:
         line = bar.add_task("")
 
         def show(now: Progress_) -> None:
-            kept.append(now.done)
             if now.lost is not None:
                 click.echo(f"thenar: episode {now.lost.episode} is not done: {now.lost.why}", err=True)
-            says = f"done; {now.physical_success} physically, {now.discrete_success} by their events"
+            says = f"physical {now.physical_success}, discrete {now.discrete_success}"
             bar.update(line, total=now.episodes, completed=now.done, description=says)
 
         yield show
@@ -153,11 +156,10 @@ def report(found: Campaign) -> None:
         say(f"  {event:<32}{'':>8}{delay['mean']:>8.1f}{delay['max']:>8.1f}{delay['n']:>6}")
     lift = "-" if s["max_lift_error_mm"] is None else f"{s['max_lift_error_mm']:.2f}"
     say()
-    say(f"  at worst     {s['max_slip_before_detection_mm']:.3f} mm slip before it is detected, ")
+    say(f"  at worst     {s['max_slip_before_detection_mm']:.3f} mm slip before it is detected")
     say(f"               {lift} mm off Z when lifted, {s['max_replace_error_mm']:.2f} mm off its place in the end")
-    say(
-        f"  speed        {s['sim_s']:.0f} s simulated in {s['wall_s']:.0f} s of workers' time: {s['real_time_factor']:.1f}x"
-    )
+    pace = f"{s['real_time_factor']:.1f}x real time a core"
+    say(f"  speed        {s['sim_s']:.0f} s simulated in {s['wall_s']:.0f} s of the workers' time: {pace}")
     say(f"  written      campaign.sqlite, campaign.png, logs in {found.folder}")
 
 

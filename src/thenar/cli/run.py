@@ -93,22 +93,27 @@ def run(
         fault=fault_ or "",
         thenar=thenar_version(),
     )
-    with LogWriter(folder / "log.jsonl", first) as log, watched() as on_tick:
-        episode = run_episode(
-            supervisor,
-            plant,
-            block=block,
-            scenario=scenario,
-            sensors=sensors,
-            policy=policy,
-            seed=seed,
-            hand=hand,
-            fault=fault,
-            clock=RealClock() if live else VirtualClock(),
-            log=log,
-            on_tick=on_tick,
-        )
-    files = write_files(folder, episode, first, video)
+    try:
+        with LogWriter(folder / "log.jsonl", first) as log, watched(policy) as on_tick:
+            episode = run_episode(
+                supervisor,
+                plant,
+                block=block,
+                scenario=scenario,
+                sensors=sensors,
+                policy=policy,
+                seed=seed,
+                hand=hand,
+                fault=fault,
+                clock=RealClock() if live else VirtualClock(),
+                log=log,
+                on_tick=on_tick,
+            )
+    except KeyboardInterrupt:
+        clear(folder)
+        click.echo(f"thenar: interrupted; the fingers stand still, the log is in {folder / 'log.jsonl'}", err=True)
+        raise click.exceptions.Exit(130) from None
+    files = write_files(folder, episode, first, scenario.name, video)
     if json_:
         print_json(episode.to_dict())
     else:
@@ -207,9 +212,9 @@ def thenar_version() -> str:
 
 
 @contextmanager
-def watched() -> Iterator[OnTick | None]:
+def watched(policy: str) -> Iterator[OnTick | None]:
     """Yield a callback that keeps a line on a terminal up to date: time, phase, last event."""
-    if not sys.stderr.isatty():
+    if policy == "operator" or not sys.stderr.isatty():  # a line that moves is in the way of questions
         yield None
         return
     from rich.console import Console
@@ -228,14 +233,21 @@ def watched() -> Iterator[OnTick | None]:
         yield show
 
 
-def write_files(folder: Path, episode: Episode, first: dict[str, Any], video: bool) -> list[str]:
+def clear(folder: Path) -> None:
+    """Remove what an earlier run left beside its log: what lies there belongs together."""
+    for name in ("episode.mcap", "episode.png", "episode.mp4"):
+        (folder / name).unlink(missing_ok=True)
+
+
+def write_files(folder: Path, episode: Episode, first: dict[str, Any], scenario: str, video: bool) -> list[str]:
     """Write the MCAP file, the picture and, if asked for, the video; return their names."""
     from thenar.hand.mcap_log import write_mcap
     from thenar.hand.picture import draw_episode
     from thenar.io.files import atomic_write
 
+    clear(folder)
     write_mcap(folder / "episode.mcap", episode, first)
-    atomic_write(folder / "episode.png", draw_episode(episode))
+    atomic_write(folder / "episode.png", draw_episode(episode, scenario=scenario))
     if not video:
         return ["episode.mcap", "episode.png"]
     from thenar.hand.video import write_video

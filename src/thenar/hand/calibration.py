@@ -25,25 +25,27 @@ COMPRESSION_UM = (
 )  # fmt: skip
 
 
-def compression_m(force_n: float) -> float:
+def compression_m(force_n: float, measured_um: tuple[float, ...] = COMPRESSION_UM) -> float:
     """Return how far one pad gives way under a grip force: piecewise linear through the measured points.
+
+    ``measured_um`` is what :func:`measure` found for the hand, the planar one by default.
 
     >>> 0 < compression_m(4.0) < compression_m(8.0) < 0.001
     True
     """
-    return float(np.interp(force_n, FORCES_N, COMPRESSION_UM)) * 1e-6
+    return float(np.interp(force_n, FORCES_N, measured_um)) * 1e-6
 
 
 @cache
-def measure(profile: str = "ideal") -> tuple[float, ...]:
+def measure(profile: str = "ideal", hand_world: type[World] = World) -> tuple[float, ...]:
     """Squeeze the reference block with the hand's own skills; return each pad's compression in µm at FORCES_N.
 
     The reference's own stiffness is known and taken off; the zero is the width at no force, which drops out of
     every difference.
     """
-    world = World(REFERENCE)
+    world = hand_world(REFERENCE)
     sensors = SensorModel(PROFILES[profile], seed=1)
-    hand = Hand(HandSetup(), lambda force: 0.0, frozenset())
+    hand = Hand(HandSetup(), lambda force: 0.0, frozenset(), world.geometry)
 
     def advance() -> None:
         world.step()

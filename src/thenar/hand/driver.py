@@ -40,7 +40,10 @@ class HandDriver:
 
     @property
     def recording(self) -> NDArray[np.float64]:
-        """What was measured, and what had been commanded by then: a row for each period, a column for each channel, then each command."""
+        """What was measured, and what had been commanded by then.
+
+        A row for each period; a column for each channel, then each command.
+        """
         return self._rows[: self._world.ticks]
 
     def not_ready(self, event: str) -> str | None:

@@ -11,13 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from thenar.errors import UnknownName
 from thenar.hand import scoring
-from thenar.hand.calibration import compression_m
 from thenar.hand.driver import COMMANDS, HandDriver
 from thenar.hand.estimates import Estimates
 from thenar.hand.faults import Fault, FaultyDriver, FaultySensors
 from thenar.hand.hand import Hand
+from thenar.hand.hands import hand_named
 from thenar.hand.objects import Block
 from thenar.hand.scenarios import SCENARIOS, Scenario
 from thenar.hand.sensing import SensorModel, profile
@@ -43,6 +42,9 @@ class Episode:
 
     ``recording``: (n, 32) float64, a row a millisecond: the sensor channels, then the commands; ``channels`` names
     the columns.  ``truth`` belongs to the score; no part of the hand ever saw it.
+
+    >>> Episode.channels[:2], Episode.channels[-1]
+    (('force_x_1', 'force_z_1'), 'slip_fraction')
     """
 
     run: Run
@@ -142,22 +144,22 @@ def run_episode(
     >>> episode.discrete_success, episode.physical_success, round(episode.estimates.mu.value, 2)
     (True, True, 0.5)
     """
-    if hand != "planar":
-        raise UnknownName("hand", hand, ["planar"])
-    block = block or block_of(scenario, seed)
+    built, block = hand_named(hand), block or block_of(scenario, seed)
+    built.check(block, scenario.setup)
     model = SensorModel(profile(sensors), seed)
     if fault is not None and fault.kind == "nan":
         model = FaultySensors(model, fault.part)
     events = frozenset(e.name for e in supervisor.automaton.alphabet)
-    brain = Hand(scenario.setup, compression_m, events)
-    world = scenario.world(block)
+    brain = Hand(scenario.setup, built.compression_m, events, built.world.geometry)
+    world = scenario.world(block, built.world)
     disturbance = scenario.disturbance() if scenario.disturbance else None
     simulated = HandDriver(world, model, brain, disturbance)
     driver: Driver = simulated if fault is None or fault.kind == "nan" else FaultyDriver(simulated, fault)
-    chosen = policy_named(policy, supervisor, driver, seed=seed, through=through) if isinstance(policy, str) else policy
+    goals = [event for event in through if event in events]
+    chosen = policy_named(policy, supervisor, driver, seed=seed, through=goals) if isinstance(policy, str) else policy
     begun = time.perf_counter()
     run = execute(
-        supervisor, plant, driver, chosen, through=through, clock=clock, log=log, on_entry=on_entry, on_tick=on_tick
+        supervisor, plant, driver, chosen, through=goals, clock=clock, log=log, on_entry=on_entry, on_tick=on_tick
     )
     wall_s = time.perf_counter() - begun
     truth = scoring.truth(world)

@@ -1,7 +1,7 @@
 """What the exploratory procedures find out: friction, weight and stiffness, each with an uncertainty.
 
 Beside each better estimate stands the paper's own formula (section 3): mu = F_t / F_n at the first sign of slip,
-W = 2 mu F_g, K = dF / dx of the fingertips.
+W = 2 mu F_g with that mu, K = dF / dx of the fingertips.
 """
 
 from __future__ import annotations
@@ -15,7 +15,13 @@ from numpy.typing import NDArray
 
 __all__ = ["Estimate", "Estimates", "Mean"]
 
-NOISE_N = 4e-4  # N, of the filtered normal force of an element
+ELEMENT_NOISE_N = 4e-4  # N, of the filtered normal force of an element
+LIMIT_SHARE = 4e-3  # of mu, that an element may stay below its limit when slip is caught
+# Filtered samples are correlated: the standard error of their mean is larger by sqrt(2 tau / T).
+FORCE_CORRELATION = math.sqrt(12.0)
+POSITION_CORRELATION = math.sqrt(2.0)
+DRIFT_N = 1.4e-3  # N per root second, of the sum of two tares, from the sensors' data sheet
+PAD_M = 5e-7  # m of uncertainty of a pad's calibrated compression
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,14 +29,17 @@ class Estimate:
     """A value and its standard uncertainty, in the same unit.
 
     >>> print(Estimate(0.5, 0.004))
-    0.5 ± 0.004
+    0.500 ± 0.004
     """
 
     value: float
     uncertainty: float
 
     def __str__(self) -> str:
-        return f"{self.value:.3g} ± {self.uncertainty:.1g}"
+        if not 0 < self.uncertainty < math.inf:
+            return f"{self.value:.4g}"
+        digits = max(0, -math.floor(math.log10(self.uncertainty)))
+        return f"{self.value:.{digits}f} ± {self.uncertainty:.{digits}f}"
 
 
 @dataclass(slots=True)
@@ -87,16 +96,22 @@ class Estimates:
         weight = weight / weight.sum()
         mu = float(limits @ weight)
         spread = math.sqrt(float(weight @ (limits - mu) ** 2) / max(len(limits) - 1, 1))
-        noise = NOISE_N / float(np.maximum(normal, 1e-3).sum()) * math.sqrt(len(limits))
-        self.mu = Estimate(mu, mu * math.hypot(spread / mu, noise))
+        noise = ELEMENT_NOISE_N / float(np.maximum(normal, 1e-3).sum()) * math.sqrt(len(limits))
+        self.mu = Estimate(mu, mu * math.hypot(spread / mu, noise, LIMIT_SHARE))
         self.mu_paper = load_n / grip_n
-        self.weight_paper_n = 2 * mu * grip_n
+        self.weight_paper_n = 2 * self.mu_paper * grip_n
 
-    def held(self, load_n: float) -> None:
-        """Learn from one period in which the object is held still in the air."""
-        self.load.add(load_n)
-        if self.load.n > 1:
-            self.weight_n = Estimate(self.load.value, self.load.error)
+    def held(self, load_n: float, tared: int, since_s: float) -> None:
+        """Learn from one period in which the object is held still in the air.
+
+        The tare is a mean of ``tared`` periods like this one, ``since_s`` seconds ago.
+        """
+        mean = self.load
+        mean.add(load_n)
+        if mean.n > 1:
+            noise = FORCE_CORRELATION * mean.error
+            tare = noise * math.sqrt(mean.n / max(tared, 1))
+            self.weight_n = Estimate(mean.value, math.hypot(noise, tare, DRIFT_N * math.sqrt(max(since_s, 0.0))))
 
     def squeezed(
         self,
@@ -115,7 +130,8 @@ class Estimates:
         deformation = sum(moved) / 2 - pads
         if deformation <= 0:
             return
-        noise = math.hypot(*(m.error for m in (*before[1:], *after[1:]))) / 2
-        relative = math.hypot(noise / deformation, math.hypot(before[0].error, after[0].error) / force)
+        noise = POSITION_CORRELATION * math.hypot(*(m.error for m in (*before[1:], *after[1:]))) / 2
+        pressed = FORCE_CORRELATION * math.hypot(before[0].error, after[0].error)
+        relative = math.hypot(math.hypot(noise, PAD_M) / deformation, pressed / force)
         value = force / deformation
         self.stiffness_n_per_m = Estimate(value, value * relative)

@@ -111,7 +111,8 @@ class Hand:
     def weigh(self) -> None:
         """Count this period's load as the object's weight, held still."""
         if self.servo.carrying:
-            self.estimates.held(self.touch.total_load_n)
+            touch = self.touch
+            self.estimates.held(touch.total_load_n, touch.tared, touch.time_s - touch.tared_s)
 
     def study_slip(self) -> Iterator[None]:
         """Hold still and learn from the elements that slip."""
@@ -178,7 +179,7 @@ class Hand:
 
     def _fired(self, event: str) -> None:
         if event == "incip_slip*":
-            self._slip_seen = (self.slip.slipping.copy(), self.touch.load_n[0], max(self.touch.grip_n[0], 1e-3))
+            self._slip_seen = (self.slip.slipping.copy(), self.touch.shear_n[0], max(self.touch.grip_n[0], 1e-3))
         self.stop()
 
     def _signal(self, event: str) -> Signal:

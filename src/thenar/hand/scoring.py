@@ -18,7 +18,9 @@ LIFTED_WITHIN_M = 1e-3
 REPLACED_WITHIN_M = 2e-3
 UPRIGHT_RAD = 0.02
 DROPPED_M = 3e-3  # that the object slides through the fingers while they hold it
-SLID_M = 3e-6  # that an element must slide over the object to count: the friction of the simulator gives way by less
+SLID_M = 5e-7  # that an element must slide further than the one that slides least: then it slips, and that one sticks
+GROSS_M = 1e-5  # or that it must slide within RECENT_MS, when all slide: a pad that rolls moves by less
+RECENT_MS = 50
 CLEAR_M = 1e-6  # of air under the block
 CORE_HALF_WIDTH = 0.014
 Floats = NDArray[np.float64]
@@ -150,7 +152,12 @@ def _slips(run: Run, truth: Truth) -> list[tuple[float | None, float]]:
         k = min(round(entry["t"] * 1000), last)
         if entry["kind"] == "event" and entry["event"] == "incip_slip*":
             moved = np.abs(truth.slid_m[armed : k + 1] - truth.slid_m[armed])
-            sliding = (moved[:, 0] > SLID_M).mean(axis=1) >= SLIP_FRACTION
+            pad = moved[:, 0]
+            further = pad > pad.min(axis=1, keepdims=True) + SLID_M
+            before = np.maximum(np.arange(len(pad)) - RECENT_MS, 0)
+            along = truth.slid_m[armed : k + 1, 0]
+            gross = np.abs(along - along[before]) > GROSS_M
+            sliding = (further | gross).mean(axis=1) >= SLIP_FRACTION
             onset = _after(sliding, [k - armed])
             found.append((onset[0] if onset else None, float(np.median(moved[-1], axis=1).max())))
             armed = k

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from thenar.hand.geometry import PLANAR, Geometry
 from thenar.hand.touch import Touch
-from thenar.hand.world import FINGER_DAMPING, HOME
+from thenar.hand.world import FINGER_DAMPING
 
 __all__ = ["Servo"]
 
@@ -26,11 +27,12 @@ class Servo:
     While the object stands on the table the centre of the grasp follows it; in the air (``carrying``) it is held.
     """
 
-    def __init__(self, touch: Touch) -> None:
-        self._touch = touch
-        self.closing_m = [HOME[0], HOME[0]]
+    def __init__(self, touch: Touch, geometry: Geometry = PLANAR) -> None:
+        self._touch, self._linked = touch, geometry.linked
+        closing, height = geometry.home
+        self.closing_m = [closing, closing]
         self.closing_speed = [0.0, 0.0]
-        self.height_m = [HOME[1], HOME[1]]
+        self.height_m = [height, height]
         self.height_speed = [0.0, 0.0]
         self.pitch_rad = [0.0, 0.0]
         self.pitch_free = [False, False]
@@ -64,6 +66,22 @@ class Servo:
             if not both and k != i:
                 continue
             self.closing_m[k], self.closing_speed[k] = self._touch.closing_m[k], 0.0
+
+    def set_height(self, i: int, height_m: float, speed: float = 0.0) -> None:
+        """Set the height reference of finger ``i``, and of the other one if they share a slide."""
+        for k in (0, 1) if self._linked else (i,):
+            self.height_m[k], self.height_speed[k] = height_m, speed
+
+    def share_load(self, seconds: float) -> None:
+        """Shift a little of the load from the pad that is sheared more to the other; evened out within ``seconds``.
+
+        Shear is what makes a pad slip; on leaning faces that is not the load, part of which the grip carries.
+        """
+        if self._linked:
+            return
+        step = (self._touch.shear_n[0] - self._touch.shear_n[1]) / (2 * LIFT_STIFFNESS) * (PERIOD_S / seconds)
+        self.height_m[0] -= step
+        self.height_m[1] += step
 
     def stand_still(self) -> None:
         """Stop every reference where it is."""

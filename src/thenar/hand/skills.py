@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from thenar.hand.estimates import Mean
 from thenar.hand.servo import CLOSING_STIFFNESS
-from thenar.hand.world import FACE, HOME
+from thenar.hand.world import FACE
 from thenar.runtime.driver import Skill
 
 if TYPE_CHECKING:
@@ -22,9 +22,7 @@ __all__ = ["SKILLS", "Routine", "routines"]
 
 PERIOD_S = 1e-3
 GRASP_HEIGHT = 0.030  # m above the expected table: above the middle of the block, so that it hangs straight
-GAP = 0.030  # m between pad and expected face after an approach: an object 20 mm off is not touched
 GUARDED_SPEED = 0.03  # m/s
-GUARDED_TRAVEL = 0.06  # m beyond which nothing is there
 CONTACT_N = 0.12  # N, ten times the filtered noise
 TOUCH_N = 0.7  # N that both fingers press with while they orient: aligns a pad, moves no block
 FIRST_GRIP_N = 4.0
@@ -41,6 +39,7 @@ GRIP_DECAY = 2.0  # 1/s
 SQUEEZE_N = 6.0
 SETTLE_S = 0.15
 WATCH_S = 0.4  # s of averaging on each side of the squeeze
+SHARING_S = 0.04  # s in which the difference of both loads falls to a third
 STILL_S = 0.25  # s of holding still before the grip is loosened
 
 Routine = Callable[["Hand"], Iterator[None]]
@@ -76,9 +75,10 @@ def move(hand: Hand, i: int, closing: float, height: float, seconds: float) -> I
     c, h = servo.closing_m[i], servo.height_m[i]
     for s, rate in smooth(seconds):
         servo.closing_m[i], servo.closing_speed[i] = c + s * (closing - c), rate * (closing - c)
-        servo.height_m[i], servo.height_speed[i] = h + s * (height - h), rate * (height - h)
+        servo.set_height(i, h + s * (height - h), rate * (height - h))
         yield
-    servo.closing_speed[i] = servo.height_speed[i] = 0.0
+    servo.closing_speed[i] = 0.0
+    servo.set_height(i, servo.height_m[i])
 
 
 def grip_to(hand: Hand, force_n: float, rate: float = GRIP_RATE) -> Iterator[None]:
@@ -119,7 +119,7 @@ def approach(i: int) -> Routine:
     def run(hand: Hand) -> Iterator[None]:
         yield from tare(hand, 0.4)
         error = hand.setup.height_error_2_m if i == 1 else 0.0
-        yield from move(hand, i, -(FACE + GAP), GRASP_HEIGHT + error, 0.6)
+        yield from move(hand, i, -(FACE + hand.geometry.gap), GRASP_HEIGHT + error, 0.6)
         yield from pause(0.05)
 
     return run
@@ -139,7 +139,7 @@ def retract(i: int) -> Routine:
 
     def run(hand: Hand) -> Iterator[None]:
         hand.servo.hold_closing(i)
-        yield from move(hand, i, *HOME, 0.6)
+        yield from move(hand, i, *hand.rest(i), 0.6)
         yield from pause(0.05)
 
     return run
@@ -166,7 +166,7 @@ def make_contact(i: int) -> Routine:
 
     def run(hand: Hand) -> Iterator[None]:
         servo, touch = hand.servo, hand.touch
-        end = servo.closing_m[i] + GUARDED_TRAVEL
+        end = servo.closing_m[i] + hand.geometry.travel
         servo.closing_speed[i] = GUARDED_SPEED
         felt = 0
         while felt < 3:
@@ -275,10 +275,15 @@ def decrease_grip(hand: Hand) -> Iterator[None]:
 
 
 def hold_clear(hand: Hand) -> Iterator[None]:
-    """Raise a lifted object clear of the table, hold it still and weigh it."""
+    """Raise a lifted object clear of the table, let both fingers carry half of it, hold it still and weigh it.
+
+    Only finger 1 feels slip: a finger 2 that carried more would slip first, and unnoticed.
+    """
     if hand.height_m < CLEARANCE:
         yield from raise_by(hand, CLEARANCE - hand.height_m, 2 * LIFT_SPEED)
-    yield from pause(SETTLE_S)
+    for _ in pause(SETTLE_S):
+        hand.servo.share_load(SHARING_S)
+        yield
     yield from weigh(hand, STILL_S)
 
 
@@ -350,9 +355,9 @@ def break_contact(i: int) -> Routine:
             yield from unload(hand)
         servo.hold_closing(i)
         servo.pitch_free[i] = hand.in_contact[i] = False
-        yield from move(hand, i, -(FACE + GAP), servo.height_m[i], 0.4)
+        yield from move(hand, i, -(FACE + hand.geometry.gap), servo.height_m[i], 0.4)
         servo.pitch_rad[i] = 0.0
-        yield from move(hand, i, *HOME, 0.6)
+        yield from move(hand, i, *hand.rest(i), 0.6)
         yield from pause(0.05)
 
     return run
@@ -370,7 +375,7 @@ def unload(hand: Hand) -> Iterator[None]:
     start = list(servo.height_m)
     for s, _ in smooth(0.2):
         for k in (0, 1):
-            servo.height_m[k] = start[k] + s * (touch.height_m[k] - start[k])
+            servo.set_height(k, start[k] + s * (touch.height_m[k] - start[k]), servo.height_speed[k])
         yield
     while servo.grip_n > 0.3:
         servo.grip_n = max(servo.grip_n - GRIP_RATE * PERIOD_S, 0.3)

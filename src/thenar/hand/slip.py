@@ -17,7 +17,7 @@ __all__ = ["SLIP_FRACTION", "SlipSensor"]
 SLIP_FRACTION = 0.25  # share of the elements; at 0.7 slip runs away before it is confirmed
 LAG_N = 2.5e-3  # N that an element's shear must lag: six times the filtered noise of one
 TOUCHING_N = 0.02  # N of normal force below which the noise makes a ratio meaningless
-LAG_SHARE = 0.02  # of the mean shear: heavy objects shake more
+LAG_SHARE = 0.01  # of the mean shear: heavy objects shake more
 
 
 class SlipSensor:

@@ -12,7 +12,7 @@ from thenar.hand.world import CHANNELS, ELEMENTS
 __all__ = ["Touch"]
 
 PERIOD_S = 1e-3
-SMOOTHING_S = {"force": 6e-3, "acceleration": 0.0, "position": 1e-3, "pitch": 1e-3, "normal": 6e-3, "shear": 6e-3}
+SMOOTHING_S = {"force": 6e-3, "acceleration": 0.0, "position": 1e-3, "pitch": 1e-3, "normal": 4e-3, "shear": 4e-3}
 VIBRATION_S = 40e-3  # s of memory of the vibration's strength
 CLOSING_S = 8e-3  # s of memory of the closing rate
 LEVEL_S = 0.1  # s; what is slower than this is no vibration
@@ -23,8 +23,9 @@ class Touch:
 
     ``closing_m`` grows as a finger moves towards the other one (0: the middle), ``height_m`` and ``pitch_rad`` are
     as the encoders say; ``grip_n`` is what the finger presses, ``load_n`` what it carries, both in the world's
-    frame and filtered.  ``closing_rate`` is how quickly the fingers come together, m/s.  ``vibration`` is the
-    strength of the lateral acceleration, m/s² rms.
+    frame and filtered; ``shear_n`` is the force along the pad.  ``closing_rate`` is how quickly the fingers come
+    together, m/s.  ``vibration`` is the strength of the lateral acceleration, m/s² rms.  ``tared`` periods, the
+    last at ``tared_s``, made the tare.
     ``normal`` and ``shear``: (7,) float64, N, of the elements of finger 1's pad, filtered.
     """
 
@@ -35,7 +36,6 @@ class Touch:
         "_power",
         "_tare",
         "_tare_sum",
-        "_tared",
         "_width",
         "closing_m",
         "closing_rate",
@@ -45,6 +45,9 @@ class Touch:
         "normal",
         "pitch_rad",
         "shear",
+        "shear_n",
+        "tared",
+        "tared_s",
         "time_s",
         "values",
         "vibration",
@@ -56,7 +59,7 @@ class Touch:
         self._filtered: NDArray[np.float64] = np.zeros(len(CHANNELS))
         self._tare = np.zeros(len(CHANNELS))
         self._tare_sum = np.zeros(len(CHANNELS))
-        self._tared = 0
+        self.tared, self.tared_s = 0, 0.0
         self.values = np.zeros(len(CHANNELS))
         self.normal = self._filtered[-2 * ELEMENTS : -ELEMENTS]
         self.shear = self._filtered[-ELEMENTS:]
@@ -64,7 +67,7 @@ class Touch:
         self._width, self.closing_rate = 0.0, 0.0
         self._level, self._power = [0.0, 0.0], [0.0, 0.0]
         self.closing_m, self.height_m, self.pitch_rad = [0.0, 0.0], [0.0, 0.0], [0.0, 0.0]
-        self.grip_n, self.load_n, self.vibration = [0.0, 0.0], [0.0, 0.0], [0.0, 0.0]
+        self.grip_n, self.load_n, self.shear_n, self.vibration = [0.0, 0.0], [0.0, 0.0], [0.0, 0.0], [0.0, 0.0]
 
     def update(self, values: NDArray[np.float64], time_s: float) -> None:
         """Take in the readings of one period."""
@@ -89,6 +92,7 @@ class Touch:
             self.pitch_rad[i] = pitch
             self.grip_n[i] = sign * (fx * cos + fz * sin)
             self.load_n[i] = fz * cos - fx * sin
+            self.shear_n[i] = fz
             lateral = v[4 + 2 * i]
             self._level[i] += (lateral - self._level[i]) * (PERIOD_S / LEVEL_S)
             swing = lateral - self._level[i]
@@ -104,8 +108,9 @@ class Touch:
         raw = self.values.copy()
         raw[4:14] = 0.0  # accelerations and positions have no tare
         self._tare_sum += raw
-        self._tared += 1
-        new = self._tare_sum / self._tared
+        self.tared += 1
+        self.tared_s = self.time_s
+        new = self._tare_sum / self.tared
         self._filtered += self._tare - new
         self._tare = new
 

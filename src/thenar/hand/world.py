@@ -6,12 +6,13 @@ This file owns the truth.  Nothing above it but the scorer may look at it; the h
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, ClassVar
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from thenar.hand.geometry import PLANAR, Geometry
 from thenar.hand.objects import Block
 
 __all__ = [
@@ -21,6 +22,7 @@ __all__ = [
     "FACE",
     "HALF_HEIGHT",
     "World",
+    "add_pad",
 ]
 
 STEP_S = 5e-4  # s; sqrt(k/m) dt of a pad element stays below 0.8
@@ -37,7 +39,6 @@ WRIST_DAMPING = 0.02  # Nm s/rad
 PLATE_SHARE = 0.15  # of the mass in each plate: a lighter one on its spring would ring with the pad (sqrt(k/m) dt)
 HALF_HEIGHT = 0.025  # m, of the block
 FACE = 0.02  # m from the block's middle to a face
-HOME = (-0.075, 0.06)  # m: closing coordinate and height of a finger at rest
 SOLREF = (0.004, 1.0)  # contacts that settle within a few steps
 SOLIMP = (0.995, 0.999, 1e-4, 0.5, 2)  # hard ones: else they give way as much as a pad, the more the lighter the block
 
@@ -68,11 +69,18 @@ class World:
     (0.001, (28,))
     """
 
+    geometry: ClassVar[Geometry] = PLANAR
+    obstacle_at: ClassVar[tuple[float, float]] = (-0.055, 0.035)  # m: in the way of finger 1
+
     def __init__(
         self, block: Block, *, obstacle: bool = False, glued: bool = False, missing: bool = False, table_mu: float = 0.5
     ) -> None:
         self.block, self.missing = block, missing
-        self.model = m = _spec(block, obstacle, glued, missing, table_mu).compile()
+        spec = _stage(block, glued, missing, table_mu)
+        self._add_hand(spec, block.mu)
+        if obstacle:
+            _add_obstacle(spec, *self.obstacle_at)
+        self.model = m = spec.compile()
         self.data = mujoco.MjData(m)
         self.ctrl: NDArray[np.float64] = self.data.ctrl
         self.core = int(m.body("core").id)
@@ -114,6 +122,12 @@ class World:
         """Take the table away."""
         self.model.geom_pos[self.model.geom("table").id, 2] -= 1.0
 
+    @staticmethod
+    def _add_hand(spec: mujoco.MjSpec, mu: float) -> None:
+        """Add the fingers, whose pads have the friction ``mu``."""
+        for i in (1, 2):
+            _add_finger(spec, i, mu)
+
     def _read(self) -> None:
         np.take(self._sensors, self._order, out=self.raw)
         self.raw *= self._gain
@@ -133,7 +147,7 @@ def _layout(model: mujoco.MjModel) -> tuple[NDArray[np.intp], NDArray[np.float64
     return np.array(order), np.array(gain)
 
 
-def _spec(block: Block, obstacle: bool, glued: bool, missing: bool, table_mu: float) -> mujoco.MjSpec:
+def _stage(block: Block, glued: bool, missing: bool, table_mu: float) -> mujoco.MjSpec:
     spec = mujoco.MjSpec()
     option = spec.option
     option.timestep = STEP_S
@@ -151,21 +165,21 @@ def _spec(block: Block, obstacle: bool, glued: bool, missing: bool, table_mu: fl
         name="table", type=BOX, size=(0.3, 0.2, 0.05), pos=(0, 0, height - 0.05), rgba=(0.55, 0.44, 0.32, 1), **table
     )
     _add_block(spec, block, table, glued, missing)
-    for i in (1, 2):
-        _add_finger(spec, i, block.mu)
-    if obstacle:
-        world.add_geom(
-            name="obstacle",
-            type=BOX,
-            size=(0.004, 0.02, 0.01),
-            pos=(-0.055, 0, 0.035),
-            rgba=(0.8, 0.2, 0.2, 1),
-            contype=ON_PAD,
-            conaffinity=PAD,
-            solref=SOLREF,
-            solimp=SOLIMP,
-        )
     return spec
+
+
+def _add_obstacle(spec: mujoco.MjSpec, x: float, z: float) -> None:
+    spec.worldbody.add_geom(
+        name="obstacle",
+        type=BOX,
+        size=(0.004, 0.02, 0.01),
+        pos=(x, 0, z),
+        rgba=(0.8, 0.2, 0.2, 1),
+        contype=ON_PAD,
+        conaffinity=PAD,
+        solref=SOLREF,
+        solimp=SOLIMP,
+    )
 
 
 def _add_block(spec: mujoco.MjSpec, block: Block, table: dict[str, Any], glued: bool, missing: bool) -> None:
@@ -215,9 +229,9 @@ def _add_finger(spec: mujoco.MjSpec, i: int, mu: float) -> None:
         if name.startswith("position_x"):
             joint.limited = mujoco.mjtLimited.mjLIMITED_TRUE  # mechanical stops
             joint.range = (-0.12, 0.04) if i == 1 else (-0.04, 0.12)
-            joint.ref = side * -HOME[0]
+            joint.ref = side * -PLANAR.home[0]
         elif name.startswith("position_z"):
-            joint.ref = HOME[1]
+            joint.ref = PLANAR.home[1]
         spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
         spec.add_sensor(
             name=name,
@@ -225,7 +239,7 @@ def _add_finger(spec: mujoco.MjSpec, i: int, mu: float) -> None:
             objtype=mujoco.mjtObj.mjOBJ_JOINT,
             objname=name,
         )
-    finger.pos = (side * -HOME[0], 0, HOME[1])
+    finger.pos = (side * -PLANAR.home[0], 0, PLANAR.home[1])
     grey = (0.45, 0.5, 0.56, 1)
     finger.add_geom(
         type=BOX,
@@ -236,7 +250,16 @@ def _add_finger(spec: mujoco.MjSpec, i: int, mu: float) -> None:
         contype=0,
         conaffinity=0,
     )
-    pad = finger.add_body(name=f"pad_{i}", gravcomp=1)
+    add_pad(spec, finger, i, mu)
+
+
+def add_pad(spec: mujoco.MjSpec, finger: mujoco.MjsBody, i: int, mu: float, **place: Any) -> mujoco.MjsBody:
+    """Put a crowned row of elements, with its sensors, on the tip of finger ``i``; return the body of the pad.
+
+    ``place`` is its ``pos`` and ``quat`` on the finger: the middle of the pad's face, in the world's directions.
+    """
+    side = -1 if i == 1 else 1
+    pad = finger.add_body(name=f"pad_{i}", gravcomp=1, **place)
     pad.add_geom(
         type=BOX,
         size=(0.001, 0.01, 0.011),
@@ -281,3 +304,4 @@ def _add_finger(spec: mujoco.MjSpec, i: int, mu: float) -> None:
             conaffinity=ON_PAD if i == 2 else ON_PAD | OTHER_PAD,
             rgba=(1, 0.4, 0.25, 1),
         )
+    return pad

@@ -65,7 +65,11 @@ class Signal:
 
 
 class Driver(Protocol):
-    """The plant in the loop.  One call of :meth:`tick` is one control period; nothing in it waits or sleeps."""
+    """The plant in the loop.  One call of :meth:`tick` is one control period; nothing in it waits or sleeps.
+
+    >>> sorted(name for name in vars(Driver) if not name.startswith("_"))
+    ['abort', 'heartbeat', 'not_ready', 'snapshot', 'start', 'stop', 'tick', 'time_s']
+    """
 
     skills: Mapping[str, Skill]
     detectors: Mapping[str, Detector]

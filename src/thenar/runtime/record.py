@@ -81,7 +81,8 @@ class Journal:
 class LogWriter:
     """Appends whole lines to a file, each at once: a killed process loses no line that was written.
 
-    An existing file is overwritten.  Raises InputError if the file cannot be written; a context manager.
+    The file is begun, and an older one overwritten, with the first entry: a run that is refused before anything
+    moves leaves no trace.  Raises InputError if the file cannot be written; a context manager.
 
     >>> import tempfile
     >>> path = os.path.join(tempfile.mkdtemp(), "run.jsonl")
@@ -93,15 +94,22 @@ class LogWriter:
 
     def __init__(self, path: str | os.PathLike[str], first: Mapping[str, Any]) -> None:
         check_writable(path)
-        self.path = path
-        try:
-            self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND | os.O_CLOEXEC, 0o666)
-        except OSError as error:
-            raise InputError(f"{path}: cannot be written: {error.strerror}") from error
-        self.write(first)
+        self.path, self._first, self._file = path, first, -1
 
     def write(self, entry: Mapping[str, Any]) -> None:
         """Append ``entry`` as one line; raises InputError if the system does not take it."""
+        if self._file < 0:
+            self._begin()
+        self._append(entry)
+
+    def _begin(self) -> None:
+        try:
+            self._file = os.open(self.path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND | os.O_CLOEXEC, 0o666)
+        except OSError as error:
+            raise InputError(f"{self.path}: cannot be written: {error.strerror}") from error
+        self._append(self._first)
+
+    def _append(self, entry: Mapping[str, Any]) -> None:
         line = (json.dumps(entry, ensure_ascii=False, allow_nan=False) + "\n").encode("utf-8", "backslashreplace")
         try:
             while line:
@@ -126,7 +134,11 @@ class LogWriter:
 
 @dataclass(frozen=True, slots=True)
 class Log:
-    """A log as it was read: entry k stands in line k + 2; ``torn`` is the half line that a kill left, or ""."""
+    """A log as it was read: entry k stands in line k + 2; ``torn`` is the half line that a kill left, or "".
+
+    >>> Log("run.jsonl", {}, ({"kind": "end", "t": 1.5, "outcome": "complete"},)).end["outcome"]
+    'complete'
+    """
 
     source: str
     header: Entry
