@@ -83,7 +83,7 @@ def test_a_log_of_another_supervisor_is_caught(tmp_path: Path) -> None:
     [
         (["--scenario", "hevy"], "unknown scenario 'hevy'; did you mean 'heavy'?"),
         (["--hand", "planer"], "unknown hand 'planer'; did you mean 'planar'?"),
-        (["--mass", "-1"], "mass_kg must be between 0.02 and 3, not -1.0"),
+        (["--mass", "-1"], "mass_kg must be between 0.05 and 3, not -1.0"),
         (["--sensors", "labs"], "unknown sensor profile 'labs'; did you mean 'lab'?"),
         (["--policy", "shortets"], "unknown policy 'shortets'; did you mean 'shortest'?"),
         (["--policy", "priority(aproach_1)"], "unknown event 'aproach_1'; did you mean 'approach_1'?"),

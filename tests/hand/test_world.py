@@ -15,7 +15,7 @@ from thenar.hand import calibration
 from thenar.hand.calibration import compression_m
 from thenar.hand.driver import HandDriver
 from thenar.hand.hand import Hand, HandSetup
-from thenar.hand.objects import BOUNDS, Block
+from thenar.hand.objects import BOUNDS, HARDEST_PER_KG, Block
 from thenar.hand.sensing import PROFILES, SensorModel
 from thenar.hand.skills import SKILLS, grip_to, pause, raise_by
 from thenar.hand.world import CHANNELS, ELEMENTS, World
@@ -37,8 +37,10 @@ class Bench:
     def do(self, *events: str) -> None:
         for event in events:
             self.hand.start(event)
+            end_s = self.world.time_s + SKILLS[event].plan.limit_s
             while self.hand.doing is not None:
                 self.advance()
+                assert self.world.time_s < end_s, f"{event} does not end"
 
     def follow(self, routine: object) -> None:
         for _ in routine:  # type: ignore[attr-defined]
@@ -116,6 +118,26 @@ def test_a_block_that_cannot_be_is_refused_by_name(name: str) -> None:
     for value in (BOUNDS[name][0] - 1, BOUNDS[name][1] * 2 + 1, float("nan"), "heavy"):
         with pytest.raises(InputError, match=rf"^{name} must be between"):
             Block(**{name: value})  # type: ignore[arg-type]
+
+
+def test_a_plate_quicker_than_the_simulators_step_is_refused() -> None:
+    with pytest.raises(InputError, match=r"^stiffness_2_n_per_m must be at most 22000 for a block of 0.1 kg"):
+        Block(mass_kg=0.1, stiffness_2_n_per_m=40000)
+
+
+@pytest.mark.parametrize("mass", [0.05, 0.08, 3.0])
+def test_the_hardest_block_that_is_allowed_does_not_ring(mass: float) -> None:
+    hardest = min(HARDEST_PER_KG * mass, 2e5)
+    bench = Bench(Block(mass_kg=mass, mu=1.0, stiffness_1_n_per_m=hardest, stiffness_2_n_per_m=hardest))
+    bench.do("approach_1", "approach_2", "prox_make_C1", "prox_make_C2", "orient_normal1", "orient_normal2")
+    bench.follow(grip_to(bench.hand, 8.0))
+    bench.follow(pause(0.3))
+    column = bench.world.joints["plate_1"]
+    places = []
+    for _ in range(200):
+        bench.advance()
+        places.append(bench.world.data.qpos[column])
+    assert np.ptp(places) < 1e-6
 
 
 def test_random_blocks_are_in_range() -> None:

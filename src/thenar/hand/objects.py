@@ -12,14 +12,15 @@ __all__ = ["Block"]
 
 # What a block may be: outside of it the hand's motors, pads and strokes are the limit, not the task.
 BOUNDS = {
-    "mass_kg": (0.02, 3.0),
+    "mass_kg": (0.05, 3.0),  # a lighter one is pushed away by the first touch
     "mu": (0.05, 2.0),
-    "stiffness_1_n_per_m": (300.0, 1e6),
-    "stiffness_2_n_per_m": (300.0, 1e6),
+    "stiffness_1_n_per_m": (300.0, 2e5),
+    "stiffness_2_n_per_m": (300.0, 2e5),
     "x_m": (-0.02, 0.02),
     "face_tilt_rad": (-0.3, 0.3),
     "table_height_m": (-0.02, 0.02),
 }
+HARDEST_PER_KG = 2.2e5  # N/m a kg of block: a lighter plate on a harder spring is quicker than the simulator's step
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +35,7 @@ class Block:
     2.943
     >>> Block(mass_kg=-1)
     Traceback (most recent call last):
-    thenar.errors.InputError: mass_kg must be between 0.02 and 3, not -1
+    thenar.errors.InputError: mass_kg must be between 0.05 and 3, not -1
     """
 
     mass_kg: float = 0.3
@@ -50,6 +51,13 @@ class Block:
             value, (least, most) = getattr(self, field.name), BOUNDS[field.name]
             if not (isinstance(value, int | float) and math.isfinite(value) and least <= value <= most):
                 raise InputError(f"{field.name} must be between {least:g} and {most:g}, not {value!r}")
+        hardest = HARDEST_PER_KG * self.mass_kg
+        for name in ("stiffness_1_n_per_m", "stiffness_2_n_per_m"):
+            if getattr(self, name) > hardest:
+                raise InputError(
+                    f"{name} must be at most {hardest:.0f} for a block of {self.mass_kg:g} kg, not "
+                    f"{getattr(self, name):g}: a light plate on a harder spring is quicker than the simulator's step"
+                )
 
     @property
     def weight_n(self) -> float:

@@ -2,8 +2,9 @@
 
 Only the MJCF and its meshes are taken from the package; robosuite itself is never imported.  What is changed: its
 position servos make way for motors (a grip is controlled by force, each finger for itself), and the rotor inertia and
-friction that robosuite gives the finger joints for those servos go with them.  The pads turn on pivots, as the planar
-hand's do: rigid ones meet a face that leans by 0.03 rad with half of their elements, and mu is wrong by up to 90 %.
+friction that robosuite gives the finger joints for those servos go with them.  The pads turn on pivots with motors, as
+the planar hand's do: with rigid ones mu was wrong by up to 90 % on faces that lean by no more than 0.03 rad, because
+elements that do not touch the face look like slipping ones.
 """
 
 from __future__ import annotations
@@ -24,15 +25,14 @@ __all__ = ["COMPRESSION_UM", "PANDA", "PandaWorld", "model_file"]
 
 MODEL = Path("models", "assets", "grippers", "panda_gripper.xml")
 MISSING = "the Panda gripper's model comes with robosuite: pip install 'thenar[panda]'"
-OPENING = 0.04  # m that each finger opens (franka.de: 80 mm in all)
+OPENING = 0.04  # m that each finger opens: the range of its joint in the MJCF
 PAD_DEPTH = 0.0055  # m from the finger's own face to that of the pad on it
 TIP = 0.045  # m from a finger's origin to the middle of its flat tip
 FINGER_AT = 0.0524  # m from the flange to a finger's origin, as in the MJCF
 ROTOR_MASS = 0.19  # kg that a finger's drive adds to it: with pad and finger as much as a planar one, so are the gains
 PIVOT_INERTIA = 1e-4  # kg m2 of the motor that turns a pad: as much as a planar finger has
 # s: contacts that settle in two steps, the least that MuJoCo takes.  A softer one lags, and where both fingers hang on
-# one rigid wrist nothing else damps the rocking of a heavy block: 1.2 kg rock at 31 Hz, and that grows by 5/s at 4 ms
-# and decays by 10/s at 1 ms.
+# one rigid wrist nothing else damps the rocking of a block: 0.6 kg: it grows by 5.6/s at 4 ms, decays by 23/s at 1 ms.
 CONTACT_S = 0.001
 DOWNWARDS = (0.0, 0.5**0.5, -(0.5**0.5), 0.0)  # turns z down and the first finger to -x; its own inverse
 

@@ -61,7 +61,8 @@ def truth(world: World) -> Truth:
     tilt = q["block_pitch"]
     lowest = q["block_z"] - CORE_HALF_WIDTH * np.abs(np.sin(tilt)) - HALF_HEIGHT * (np.cos(tilt) - 1.0)
     slid = np.stack([_slid(world, q, i) for i in (1, 2)], axis=1)
-    return Truth(q["block_z"], q["block_x"], tilt, lowest <= CLEAR_M, slid)
+    there = np.arange(world.ticks) < (world.ticks if world.table_gone_tick is None else world.table_gone_tick)
+    return Truth(q["block_z"], q["block_x"], tilt, there & (lowest <= CLEAR_M), slid)
 
 
 def _slid(world: World, q: dict[str, Floats], i: int) -> Floats:

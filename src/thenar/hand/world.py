@@ -57,6 +57,13 @@ X, Z, PITCHING = (1, 0, 0), (0, 0, 1), (0, 1, 0)
 ON_TABLE, ON_PAD, PAD, OTHER_PAD = 1, 2, 4, 8
 
 
+def _no_log_file(message: str) -> None:
+    """Keep MuJoCo from writing its warnings into a file in the working folder."""
+
+
+mujoco.set_mju_user_warning(_no_log_file)
+
+
 class World:
     """Block, table and fingers in MuJoCo; advances by one control period at a time.
 
@@ -91,6 +98,7 @@ class World:
         self.raw = np.empty(len(CHANNELS))
         self._trajectory = np.empty((4096, m.nq))
         self.ticks = 0
+        self.table_gone_tick: int | None = None
         mujoco.mj_forward(m, self.data)
         self._read()
 
@@ -119,8 +127,10 @@ class World:
         self.data.xfrc_applied[self.core, 2] = z_n
 
     def drop_table(self) -> None:
-        """Take the table away."""
-        self.model.geom_pos[self.model.geom("table").id, 2] -= 1.0
+        """Take the table away; ``table_gone_tick`` says when."""
+        if self.table_gone_tick is None:
+            self.table_gone_tick = self.ticks
+            self.model.geom_pos[self.model.geom("table").id, 2] -= 1.0
 
     @staticmethod
     def _add_hand(spec: mujoco.MjSpec, mu: float) -> None:
@@ -155,6 +165,8 @@ def _stage(block: Block, glued: bool, missing: bool, table_mu: float) -> mujoco.
     option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     option.impratio = 10
     option.noslip_iterations = 5
+    # a simulation that went wrong must show as readings that are no numbers, not begin anew in silence
+    option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
     option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_ISLAND)  # one island: looking for more costs 10 %
     world = spec.worldbody
     world.add_light(pos=(0, -0.4, 0.6), dir=(0, 0.5, -1))
