@@ -141,7 +141,8 @@ def test_the_panels_show_the_recording_and_the_truth(episode: Episodes) -> None:
     assert np.array_equal(height.lines[0].get_ydata(), 1e3 * shown.truth.height_m)
     lines = {str(line.get_label()): np.asarray(line.get_ydata()) for axes in (grip, load) for line in axes.lines}
     assert np.array_equal(lines["command"], shown.recording[:, shown.channels.index("grip_command")])
-    held = slice(8000, 9000)  # in the air: both fingers carry the weight, and press as they are told
+    up = next(round(1000 * e["t"]) for e in shown.run.entries if e["kind"] == "event" and e["event"] == "move_to_Z*")
+    held = slice(up - 300, up)  # in the air: both fingers carry the weight, and press as they are told
     assert lines["both fingers"][held].mean() == pytest.approx(shown.block.weight_n, rel=0.02)
     for i in (1, 2):
         assert lines[f"finger {i}"][held] == pytest.approx(lines["command"][held], abs=0.15)

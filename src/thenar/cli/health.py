@@ -10,6 +10,18 @@ from importlib.metadata import PackageNotFoundError, version
 
 __all__ = ["Finding", "examine"]
 
+REQUIRED = (
+    "numpy",
+    "click",
+    "rich",
+    "pydantic",
+    "tree-sitter-toml",
+    "tree-sitter-json",
+    "mujoco",
+    "matplotlib",
+    "mcap",
+)
+
 
 @dataclass(frozen=True, slots=True)
 class Finding:
@@ -27,11 +39,11 @@ def examine() -> list[Finding]:
     return [
         Finding("python", platform.python_version(), "everything", "install Python 3.11 or later", required=True),
         Finding("kernel", _kernel(), "everything", "pip install --force-reinstall thenar", required=True),
-        *(
-            Finding(name, _version(name), "everything", f"pip install {name}", required=True)
-            for name in ("numpy", "click", "rich", "pydantic", "tree-sitter-toml", "tree-sitter-json")
-        ),
+        *(Finding(name, _version(name), "everything", f"pip install {name}", required=True) for name in REQUIRED),
         Finding("dot", _dot(), "drawings laid out by Graphviz", "install Graphviz (Debian: apt-get install graphviz)"),
+        Finding("imageio-ffmpeg", _version("imageio-ffmpeg"), "thenar run --video", "pip install 'thenar[video]'"),
+        Finding("robosuite", _version("robosuite"), "thenar run --hand panda", "pip install 'thenar[panda]'"),
+        Finding("distributed", _version("distributed"), "thenar campaign --scheduler", "pip install 'thenar[cluster]'"),
         Finding("hypothesis", _version("hypothesis"), "thenar.testing", "pip install 'thenar[testing]'"),
         Finding("pitct", _version("pitct"), "comparisons with TCT", "pip install 'thenar[oracles]'"),
         Finding("faudes", _version("faudes"), "comparisons with libFAUDES", "pip install 'thenar[oracles]'"),

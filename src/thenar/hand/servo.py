@@ -16,7 +16,7 @@ CLOSING_STIFFNESS = 1500.0  # N/m
 LIFT_STIFFNESS = 2000.0  # N/m a finger: the load rises by this for each metre that the reference leads
 WRIST_STIFFNESS = 2.0  # Nm/rad: 0.7 of critical damping
 CENTRING = 800.0  # N/m that pull both gripping fingers, together, to where the object stands
-CENTRING_S = 0.02  # how quickly the centre follows an object on the table
+UNEVEN = 1.05  # times finger 1's shear that finger 2's may be: that one feels slip well before a pad slips as a whole
 MOST_N = 60.0  # what a motor can do
 
 
@@ -24,7 +24,8 @@ class Servo:
     """References of both fingers, and the motor forces that follow from them; index 0 is finger 1.
 
     A finger's closing axis is under position control, or under force control (``gripping``) towards ``grip_n``.
-    While the object stands on the table the centre of the grasp follows it; in the air (``carrying``) it is held.
+    While the object stands on the table that says where the centre of the grasp is; in the air (``carrying``) the
+    fingers hold it.
     """
 
     def __init__(self, touch: Touch, geometry: Geometry = PLANAR) -> None:
@@ -45,8 +46,6 @@ class Servo:
 
     def grip(self, force_n: float) -> None:
         """Change both fingers to force control."""
-        if not self.gripping:
-            self.centre_m = self._middle()
         self.gripping, self.grip_n = True, force_n
 
     def carry(self) -> None:
@@ -55,8 +54,8 @@ class Servo:
             self.carrying, self._carried_at_n, self.centre_m = True, self.grip_n, self._middle()
 
     def set_down(self) -> None:
-        """Let the centre of the grasp follow the object again: it stands on the table."""
-        self.carrying, self.centre_m = False, self._middle()
+        """Hold the centre of the grasp no more: the object stands on the table."""
+        self.carrying = False
 
     def hold_closing(self, i: int | None = None) -> None:
         """Change finger ``i``, or both, to position control where they are; a grip ends for both."""
@@ -72,16 +71,16 @@ class Servo:
         for k in (0, 1) if self._linked else (i,):
             self.height_m[k], self.height_speed[k] = height_m, speed
 
-    def share_load(self, seconds: float) -> None:
-        """Shift a little of the load from the pad that is sheared more to the other; evened out within ``seconds``.
+    def relieve_finger_2(self, seconds: float) -> None:
+        """Shift load from finger 2 to finger 1 while its pad is sheared more; evened out within ``seconds``.
 
         Shear is what makes a pad slip; on leaning faces that is not the load, part of which the grip carries.
         """
-        if self._linked:
-            return
-        step = (self._touch.shear_n[0] - self._touch.shear_n[1]) / (2 * LIFT_STIFFNESS) * (PERIOD_S / seconds)
-        self.height_m[0] -= step
-        self.height_m[1] += step
+        excess = self._touch.shear_n[1] - UNEVEN * self._touch.shear_n[0]
+        if excess > 0 and not self._linked:
+            step = excess / (2 * LIFT_STIFFNESS) * (PERIOD_S / seconds)
+            self.height_m[0] += step
+            self.height_m[1] -= step
 
     def stand_still(self) -> None:
         """Stop every reference where it is."""
@@ -94,14 +93,9 @@ class Servo:
         """Write the motor forces of this period into ``ctrl``."""
         touch = self._touch
         centring = 0.0
-        if self.gripping:
-            middle = (touch.closing_m[0] - touch.closing_m[1]) / 2
-            if self.carrying:
-                aim = self.centre_m + self.centre_per_n * (self.grip_n - self._carried_at_n)
-            else:
-                self.centre_m += (middle - self.centre_m) * (PERIOD_S / CENTRING_S)
-                aim = self.centre_m
-            centring = CENTRING * (aim - middle)
+        if self.carrying:
+            aim = self.centre_m + self.centre_per_n * (self.grip_n - self._carried_at_n)
+            centring = CENTRING * (aim - self._middle())
         forces = []
         for i, sign in ((0, 1.0), (1, -1.0)):
             if self.gripping:

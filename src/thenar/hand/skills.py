@@ -27,6 +27,7 @@ CONTACT_N = 0.12  # N, ten times the filtered noise
 TOUCH_N = 0.7  # N that both fingers press with while they orient: aligns a pad, moves no block
 FIRST_GRIP_N = 4.0
 GRIP_RATE = 20.0  # N/s
+TABLE_GRIP_RATE = 10.0  # N/s on the table: the softer side gives way more quickly, and that must not push a light block
 GRIP_FACTOR = 2.4  # 4 N, 9.6 N, 23 N: two increments must do for all that a hand like this can lift
 MOST_GRIP_N = 40.0
 SAFETY = 1.6  # grip over what the measured friction needs at least
@@ -39,7 +40,7 @@ GRIP_DECAY = 2.0  # 1/s
 SQUEEZE_N = 6.0
 SETTLE_S = 0.15
 WATCH_S = 0.4  # s of averaging on each side of the squeeze
-SHARING_S = 0.04  # s in which the difference of both loads falls to a third
+SHARING_S = 0.04  # s in which what finger 2 carries too much falls to a third
 STILL_S = 0.25  # s of holding still before the grip is loosened
 
 Routine = Callable[["Hand"], Iterator[None]]
@@ -243,7 +244,7 @@ def increase_grip(hand: Hand) -> Iterator[None]:
     if servo.carrying and hand.estimates.mu is not None:
         needed = hand.held_load_n / 2 / hand.estimates.mu.value
         wanted = max(SAFETY * needed, servo.grip_n * 1.2)
-    yield from grip_to(hand, min(wanted, MOST_GRIP_N))
+    yield from grip_to(hand, min(wanted, MOST_GRIP_N), GRIP_RATE if servo.carrying else TABLE_GRIP_RATE)
     hand.slip.arm()
 
 
@@ -275,14 +276,14 @@ def decrease_grip(hand: Hand) -> Iterator[None]:
 
 
 def hold_clear(hand: Hand) -> Iterator[None]:
-    """Raise a lifted object clear of the table, let both fingers carry half of it, hold it still and weigh it.
+    """Raise a lifted object clear of the table, see that finger 2 is not sheared more, hold still and weigh it.
 
     Only finger 1 feels slip: a finger 2 that carried more would slip first, and unnoticed.
     """
     if hand.height_m < CLEARANCE:
         yield from raise_by(hand, CLEARANCE - hand.height_m, 2 * LIFT_SPEED)
     for _ in pause(SETTLE_S):
-        hand.servo.share_load(SHARING_S)
+        hand.servo.relieve_finger_2(SHARING_S)
         yield
     yield from weigh(hand, STILL_S)
 

@@ -82,7 +82,7 @@ class _Worker:
         with theirs:
             handle = theirs.fileno()
             self.process = subprocess.Popen(
-                [sys.executable, "-P", "-m", __name__, str(handle)],
+                [sys.executable, "-P", "-c", f"import {__name__} as w; w.work({handle})"],
                 pass_fds=[handle],
                 env={**os.environ, **ONE_THREAD},
                 stdin=subprocess.DEVNULL,
@@ -150,7 +150,7 @@ def _leave(number: int, frame: FrameType | None) -> None:
     raise SystemExit(0)
 
 
-def _work(handle: int) -> None:
+def work(handle: int) -> None:
     """Be a worker: take the task, then episodes, until nobody is there to give any."""
     signal.signal(signal.SIGTERM, _leave)  # with its temporary files
     with Connection(handle) as pipe:
@@ -165,7 +165,3 @@ def _work(handle: int) -> None:
                 pipe.send(reply)
         except (EOFError, OSError):  # the one who gave the work has gone
             return
-
-
-if __name__ == "__main__":
-    _work(int(sys.argv[1]))
