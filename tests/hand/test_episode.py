@@ -199,3 +199,17 @@ def test_scenarios_without_a_block_of_their_own_draw_one_by_the_seed(closed_loop
     blocks = [run_episode(*closed_loop("paper"), policy="random(1)", seed=k).block for k in (1, 1, 2)]
     assert blocks[0] == blocks[1] == Block.random(random.Random(1))
     assert blocks[0] != blocks[2]
+
+
+@pytest.mark.parametrize("mu", [0.25, 0.5])
+def test_a_pad_that_slides_as_a_whole_is_not_taken_for_a_lift_off(
+    closed_loop: Loop, monkeypatch: pytest.MonkeyPatch, mu: float
+) -> None:
+    """Blind to incipient slip, the fingers rise along a block that never left the table: no lift-off, no weight."""
+    monkeypatch.setattr("thenar.hand.slip.LAG_N", math.inf)
+    found = run_episode(*closed_loop("paper"), block=Block(mass_kg=1.2, mu=mu), seed=1)
+    rises = np.flatnonzero(~found.truth.on_table)
+    times = [round(1000 * e["t"]) for e in found.run.entries if e["kind"] == "event" and e["event"] == "remote_breakC*"]
+    assert all(len(rises) and k >= rises[0] for k in times)
+    assert "incip_slip*" in found.run.trace
+    assert found.estimates.weight_n is None or found.estimates.weight_n.value == pytest.approx(1.2 * 9.81, rel=0.01)

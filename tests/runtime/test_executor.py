@@ -273,3 +273,20 @@ def test_the_operator_decides_and_can_stop(task: Task) -> None:
     assert run.message == "the operator stopped the run"
     assert asked[1].splitlines()[1:3] == ["    1  retract_finger_1", "    2  approach_2"]
     assert asked[2].startswith("'nonsense' cannot be started here")
+
+
+def test_a_pause_is_not_made_up_for() -> None:
+    """After a question that took half a minute the run goes on at the pace of the clock."""
+    wall, slept = [0.0], [0.0]
+
+    def sleep(seconds: float) -> None:
+        wall[0] += seconds
+        slept[0] += seconds
+
+    clock = RealClock(now=lambda: wall[0], sleep=sleep)
+    clock.pace(0.0)
+    clock.pace(1.0)
+    wall[0] += 30.0
+    for k in range(1, 1001):
+        clock.pace(1.0 + k * 1e-3)
+    assert 1.9 <= slept[0] <= 2.1

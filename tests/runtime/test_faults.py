@@ -206,7 +206,7 @@ def test_what_the_plants_model_cannot_do_is_a_violation(task: Task) -> None:
     message = "model violation: 'incip_slip*': the plant's model cannot do it in state 'neutral|neutral'"
     stopped(run, driver, message)
     assert run.violations == (message,)
-    assert run.entries[-2]["kind"] == "violation"
+    assert "violation" in [e["kind"] for e in run.entries]
 
 
 def test_what_the_supervisor_does_not_follow_is_a_violation() -> None:

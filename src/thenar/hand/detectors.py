@@ -24,14 +24,14 @@ COLLAPSE_M_PER_S = 0.15  # of closing: fingers that hold something do not come t
 class HandDetector:
     """A condition on what the hand feels; fires once when it has held for ``hold_ms``, until it is armed again.
 
-    ``looked_s`` is when it last looked.
+    ``looked_s`` is when it last looked, armed or not; a detector that ``hangs`` looks no more.
     """
 
-    __slots__ = ("_count", "_fired", "_hold", "condition", "event", "looked_s", "plan")
+    __slots__ = ("_count", "_fired", "condition", "event", "hangs", "hold_ms", "looked_s", "plan")
 
     def __init__(self, plan: Detector, condition: Callable[[Hand], bool], hold_ms: int) -> None:
-        self.plan, self.event, self.condition, self._hold = plan, plan.event, condition, hold_ms
-        self._count, self._fired, self.looked_s = 0, False, 0.0
+        self.plan, self.event, self.condition, self.hold_ms = plan, plan.event, condition, hold_ms
+        self._count, self._fired, self.looked_s, self.hangs = 0, False, 0.0, False
 
     def arm(self) -> None:
         """Be ready to fire, from nothing."""
@@ -39,12 +39,14 @@ class HandDetector:
 
     def look(self, hand: Hand) -> bool:
         """Look once; return whether it fires now."""
+        if self.hangs:
+            return False
         self.looked_s = hand.touch.time_s
         if self._fired or not self.condition(hand):
             self._count = 0
             return False
         self._count += 1
-        self._fired = self._count >= self._hold
+        self._fired = self._count >= self.hold_ms
         return self._fired
 
 

@@ -92,6 +92,10 @@ class HandDriver:
         """Return when the detector of ``event`` last looked."""
         return self._hand.detectors[event].looked_s
 
+    def hang(self, event: str) -> None:
+        """Let the detector of ``event`` look no more: a fault, put in on purpose."""
+        self._hand.detectors[event].hangs = True
+
     def snapshot(self) -> dict[str, float]:
         """Return what both fingers feel now."""
         touch = self._hand.touch

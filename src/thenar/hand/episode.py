@@ -163,5 +163,5 @@ def run_episode(
     )
     wall_s = time.perf_counter() - begun
     truth = scoring.truth(world)
-    found = scoring.score(world, run, truth)
+    found = scoring.score(run, truth)
     return Episode(run, block, brain.estimates, found, truth, simulated.recording, world, seed, wall_s)

@@ -97,9 +97,9 @@ class Estimates:
         mu = float(limits @ weight)
         spread = math.sqrt(float(weight @ (limits - mu) ** 2) / max(len(limits) - 1, 1))
         noise = ELEMENT_NOISE_N / float(np.maximum(normal, 1e-3).sum()) * math.sqrt(len(limits))
-        self.mu = Estimate(mu, mu * math.hypot(spread / mu, noise, LIMIT_SHARE))
+        self.mu = Estimate(mu, math.hypot(spread, mu * noise, mu * LIMIT_SHARE))
         self.mu_paper = load_n / grip_n
-        self.weight_paper_n = 2 * self.mu_paper * grip_n
+        self.weight_paper_n = 2 * load_n  # 2 mu F_g with that mu: the grip cancels
 
     def held(self, load_n: float, tared: int, since_s: float) -> None:
         """Learn from one period in which the object is held still in the air.
@@ -128,7 +128,7 @@ class Estimates:
         self.stiffness_paper_n_per_m = sum(force / m for m in moved if m > 0) / 2 if min(moved) > 0 else None
         pads = compression_m(after[0].value) - compression_m(before[0].value)
         deformation = sum(moved) / 2 - pads
-        if deformation <= 0:
+        if deformation <= 0 or force <= 0:
             return
         noise = POSITION_CORRELATION * math.hypot(*(m.error for m in (*before[1:], *after[1:]))) / 2
         pressed = FORCE_CORRELATION * math.hypot(before[0].error, after[0].error)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thenar.errors import InputError, UnknownName
+from thenar.hand.detectors import DETECTORS
 from thenar.hand.driver import HandDriver
 from thenar.hand.sensing import SensorModel
 from thenar.hand.skills import SKILLS
@@ -53,17 +54,12 @@ def fault(text: str) -> Fault:
     kind, part = match.groups()
     if kind not in FAULTS:
         raise UnknownName("fault", kind, FAULTS)
-    from thenar.hand.detectors import DETECTORS
-
-    known: list[str] = list(
-        CHANNELS
-        if kind == "nan"
-        else SKILLS
-        if kind == "endless"
-        else DETECTORS
-        if kind == "silent"
-        else [*SKILLS, *DETECTORS]
-    )
+    achieved = [event for event, skill in SKILLS.items() if skill.plan.commit == "achievement"]
+    known: list[str] = {  # a command delivers nothing that could be doubled, late or missing
+        "nan": [*CHANNELS],
+        "endless": achieved,
+        "silent": [*DETECTORS],
+    }.get(kind, [*achieved, *DETECTORS])
     found = part + "*" if part not in known and part + "*" in known else part
     if found not in known:
         raise UnknownName("sensor" if kind == "nan" else "event", part, known)
@@ -127,15 +123,16 @@ class FaultyDriver:
     def tick(self) -> Sequence[Signal]:
         """Advance, and spoil what is delivered."""
         self._ticks += 1
+        if self._fault.kind == "silent" and self._driver.time_s >= FROM_S:
+            self._driver.hang(self._fault.part)
         signals = [s for signal in self._driver.tick() for s in self._spoilt(signal)]
         signals += [signal for due, signal in self._held if due == self._ticks]
         self._last_s = max([self._last_s, *(s.time_s for s in signals)])
         return signals
 
     def heartbeat(self, event: str) -> float:
-        """Return when a detector last looked; never after FROM_S for a silent one."""
-        seen = self._driver.heartbeat(event)
-        return min(seen, FROM_S) if (self._fault.kind, self._fault.part) == ("silent", event) else seen
+        """As the driver."""
+        return self._driver.heartbeat(event)
 
     def _spoilt(self, signal: Signal) -> Iterator[Signal]:
         kind = self._fault.kind
@@ -148,4 +145,4 @@ class FaultyDriver:
             self._held.append((self._ticks + LATE_TICKS, signal))
         elif kind == "unordered":
             yield Signal(signal.event, self._last_s - self.period_s, signal.number)
-        # an endless skill and a silent detector deliver nothing
+        # an endless skill delivers nothing

@@ -163,7 +163,9 @@ class Hand:
         self._ticks += 1
         if self._ticks % HEARTBEAT_MS == 0:
             for detector in self.detectors.values():
-                detector.looked_s = time_s
+                if detector not in self._armed:
+                    detector.arm()  # one look is never enough to fire: it only shows that the detector is alive
+                    detector.look(self)
         # the reflex: while the pad slips the skill is not advanced, whatever the supervisor makes of it
         if self._routine is not None and slip.fraction < SLIP_FRACTION:
             try:

@@ -89,7 +89,7 @@ def _slid(world: World, q: dict[str, Floats], i: int) -> Floats:
     return found
 
 
-def score(world: World, run: Run, truth: Truth) -> Score:
+def score(run: Run, truth: Truth) -> Score:
     """Compare what the hand reported with what happened."""
     last = len(truth.height_m) - 1
     times = [(entry["event"], min(round(entry["t"] * 1000), last)) for entry in run.entries if entry["kind"] == "event"]
@@ -97,15 +97,15 @@ def score(world: World, run: Run, truth: Truth) -> Score:
     lift_error = None
     if "move_to_Z*" in when:
         lift_error = float(truth.height_m[when["move_to_Z*"][-1]] - LIFT_HEIGHT)
-    # replaced: where it stood when the hand began to grip it; what shook it before is not the hand's doing
-    grips = [round(e["t"] * 1000) for e in run.entries if e["kind"] == "start" and e["event"] == "apply_gripF*"]
-    stood = min(grips[-1], last) if grips else 0
+    # replaced: where it stood before the last attempt; what shook it before is not the hand's doing
+    attempts = [round(e["t"] * 1000) for e in run.entries if e["kind"] == "start" and e["event"] == "approach_1"]
+    stood = min(attempts[-1], last) if attempts else 0
     moved = truth.aside_m[-1] - truth.aside_m[stood], truth.height_m[-1] - truth.height_m[stood]
     replace_error = float(np.hypot(*moved))
     lifted = lift_error is not None and abs(lift_error) <= LIFTED_WITHIN_M
     upright = abs(float(truth.tilt_rad[-1])) <= UPRIGHT_RAD
     replaced = replace_error <= REPLACED_WITHIN_M and upright and bool(truth.on_table[-1])
-    dropped = _dropped(truth, when)
+    dropped = _dropped(truth, run, when)
     slips = _slips(run, truth)
     latency = {
         "incip_slip*": [late for late, _ in slips if late is not None],
@@ -125,12 +125,22 @@ def score(world: World, run: Run, truth: Truth) -> Score:
     )
 
 
-def _dropped(truth: Truth, when: dict[str, list[int]]) -> bool:
-    """Whether the object slid through the fingers between lift-off and touch-down."""
-    for k in when.get("remote_breakC*", []):
-        ends = [j for name in ("remote_makeC*", "prox_breakC_1", "prox_breakC_2") for j in when.get(name, []) if j > k]
-        held = np.median(truth.slid_m[k : min(ends, default=len(truth.slid_m))], axis=2)
-        if len(held) and np.abs(held - held[0]).max() > DROPPED_M:
+def _dropped(truth: Truth, run: Run, when: dict[str, list[int]]) -> bool:
+    """Whether the object slid through the fingers in the air, or was let go of there."""
+    last = len(truth.on_table) - 1
+    opened = [
+        min(round(e["t"] * 1000), last)
+        for e in run.entries
+        if e["kind"] == "start" and e["event"].startswith("prox_breakC")
+    ]
+    for lifted in when.get("remote_breakC*", []):
+        landed = np.flatnonzero(truth.on_table[lifted:])
+        down = lifted + int(landed[0]) if len(landed) else last
+        held = np.median(truth.slid_m[lifted : min([down, *(k for k in opened if k > lifted)]) + 1], axis=2)
+        if np.abs(held - held[0]).max() > DROPPED_M:
+            return True
+        free = [k for name in ("prox_breakC_1", "prox_breakC_2") for k in when.get(name, []) if lifted < k < down]
+        if free:
             return True
     return False
 

@@ -29,7 +29,7 @@ FIRST_GRIP_N = 4.0
 GRIP_RATE = 20.0  # N/s
 TABLE_GRIP_RATE = 10.0  # N/s on the table: the softer side gives way more quickly, and that must not push a light block
 GRIP_FACTOR = 2.4  # 4 N, 9.6 N, 23 N: two increments must do for all that a hand like this can lift
-MOST_GRIP_N = 40.0
+MOST_GRIP_N = 34.0  # a squeeze on top stays within what the pads are calibrated for
 SAFETY = 1.6  # grip over what the measured friction needs at least
 LIFT_SPEED = 0.004  # m/s: the load rises by 16 N/s
 CLEARANCE = 0.001  # m that the object hangs above the table after lift-off
@@ -224,7 +224,8 @@ def apply_grip(hand: Hand) -> Iterator[None]:
     yield from grip_to(hand, FIRST_GRIP_N, 8.0)
     yield from pause(0.05)
     # the table holds the block, so that this is how unlike its two sides give way
-    servo.centre_per_n = ((touch.closing_m[0] - touch.closing_m[1]) / 2 - middle) / (servo.grip_n - low)
+    if servo.grip_n > low:
+        servo.centre_per_n = ((touch.closing_m[0] - touch.closing_m[1]) / 2 - middle) / (servo.grip_n - low)
 
 
 def apply_load(hand: Hand) -> Iterator[None]:
@@ -245,7 +246,6 @@ def increase_grip(hand: Hand) -> Iterator[None]:
         needed = hand.held_load_n / 2 / hand.estimates.mu.value
         wanted = max(SAFETY * needed, servo.grip_n * 1.2)
     yield from grip_to(hand, min(wanted, MOST_GRIP_N), GRIP_RATE if servo.carrying else TABLE_GRIP_RATE)
-    hand.slip.arm()
 
 
 def break_remote(hand: Hand) -> Iterator[None]:
@@ -259,6 +259,8 @@ def break_remote(hand: Hand) -> Iterator[None]:
         if len(window) > 25:
             rise = window[-1] - window.pop(0)
             confirmed = confirmed + 1 if rise > 0.6 * LIFT_SPEED * 0.025 else 0
+        if confirmed == 5 and hand.slip.look_for_gross_slip():
+            confirmed = 0  # the fingers rise, the object does not: the slip detector takes it from here
         yield
     hand.lifted()
 

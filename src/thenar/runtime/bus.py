@@ -10,7 +10,7 @@ from thenar.runtime.driver import Driver, Signal
 
 __all__ = ["MAX_DELAY_S", "EventBus"]
 
-MAX_DELAY_S = 0.005  # of five control periods at 1 kHz; what is older says little of how things stand
+MAX_DELAY_S = 0.005  # five control periods at 1 kHz; what is older says little of how things stand
 _FUTURE_S = 1e-9  # rounding of a driver that counts its time up
 
 

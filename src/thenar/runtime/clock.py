@@ -11,6 +11,7 @@ from thenar.errors import InputError
 
 __all__ = ["Clock", "RealClock", "VirtualClock"]
 
+_PAUSE_S = 0.25  # what is further behind was paused, not slow: it is not made up for
 _SLACK_S = 1e-3  # a sleep shorter than this costs more than it is worth; the next tick makes up for it
 
 
@@ -67,5 +68,7 @@ class RealClock:
         if self._offset is None:
             self._offset = now - due
         ahead = due + self._offset - now
-        if ahead >= _SLACK_S:
+        if ahead < -_PAUSE_S:  # a person was asked, the process was stopped: go on from here at the same pace
+            self._offset = now - due
+        elif ahead >= _SLACK_S:
             self._sleep(ahead)

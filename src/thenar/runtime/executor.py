@@ -118,6 +118,7 @@ class _Execution:
 
         self.now = driver.time_s
         self.running: int | None = None  # the event whose skill is under way
+        self.commanded: int | None = None  # the command whose motion may still be under way
         self.asked = False  # the policy, in this state
         self.chosen: int | None = None  # by the policy, not yet ready
         self.patience_end_s = math.inf
@@ -159,10 +160,19 @@ class _Execution:
     def _attend(self, signals: Sequence[Signal], now: float) -> None:
         """Handle a tick in which something came, or something is due."""
         self.now = now
-        self.watchdog.look(now)
-        for signal in self.bus.arrange(signals, now, self._alarms()):
+        try:
+            arranged = self.bus.arrange(signals, now, self._alarms())
+        except Fault:
+            for signal in signals:
+                self._note("note", event=signal.event, message="came in the tick of a fault; not handled")
+            raise
+        for signal in arranged:
             if self.ended is None:
                 self._happen(signal)
+            else:
+                self._note("note", event=signal.event, message="came when the run had ended")
+        if self.ended is None:
+            self.watchdog.look(now)
         if self.ended is None and now >= self.watchdog.deadline_s:
             self.ended = STOPPED, self.watchdog.message
         if self.ended is None and self.running is None and (not self.asked or now >= self.poll_s):
@@ -177,8 +187,7 @@ class _Execution:
         """Stop the driver if that is called for, write the last entry and return the run."""
         outcome, message = self.ended or (STOPPED, "")
         try:
-            if outcome == STOPPED:
-                self.driver.stop()
+            self.driver.stop()
             self.now = max(self.now, self.driver.time_s)
         except Exception as failure:
             message += f"; and the driver does not stop: {type(failure).__name__}: {failure}"
@@ -260,6 +269,9 @@ class _Execution:
         """End what is under way, a skill or a wait."""
         self._reconsider()
         self.watchdog.rest()
+        if self.commanded is not None:
+            self.driver.abort(self.loop.events[self.commanded])  # what a command set going ends with what it led to
+            self.commanded = None
         if self.running is not None:
             name, self.running = self.loop.events[self.running], None
             self.driver.abort(name)
@@ -272,11 +284,13 @@ class _Execution:
 
     def _violate(self, event: int, why: str) -> None:
         """End the run: the plant does what its model cannot, or something disabled was about to be executed."""
-        kind = "disabled event about to be executed" if self.loop.controllable[event] else "model violation"
-        message = f"{kind}: {self.loop.events[event]!r}: {why}"
+        prevented = self.loop.controllable[event]
+        what = "disabled event about to be executed" if prevented else "model violation"
+        message = f"{what}: {self.loop.events[event]!r}: {why}"
         self.violations.append(message)
         self.ended = STOPPED, message
-        self._note("violation", event=self.loop.events[event], message=message, sensors=self.driver.snapshot())
+        kind, sensors = "prevented" if prevented else "violation", self.driver.snapshot()
+        self._note(kind, event=self.loop.events[event], message=message, sensors=sensors)
 
     # -- choices -------------------------------------------------------------------------------------------
 
@@ -323,6 +337,7 @@ class _Execution:
         self._note("start", event=name, chosen_by=self.by)
         self.driver.start(name)
         self.chosen, self.poll_s = None, math.inf
+        self.commanded = event if skill.commit == "command" else None
         if skill.commit == "command":
             self._execute(event)
             return self.ended is None

@@ -16,7 +16,7 @@ from thenar.io.files import check_writable, read_bytes
 __all__ = ["Entry", "Journal", "Log", "LogWriter", "Sink", "entry", "header", "read_log"]
 
 FORMAT, VERSION = "thenar-log", 1
-KINDS = ("begin", "event", "start", "abort", "stale", "violation", "note", "end")
+KINDS = ("begin", "event", "start", "abort", "stale", "violation", "prevented", "note", "end")
 _STATES = ("plant_state", "supervisor_state")
 _TEXTS = ("event", "plant", "chosen_by", "message", "why", "outcome", "policy")
 
