@@ -21,6 +21,8 @@ from thenar.hand.slip import SLIP_FRACTION
 from thenar.library import glr
 from thenar.model.automaton import Automaton
 from thenar.model.supervisor import Supervisor
+from thenar.model.trace import Trace
+from thenar.runtime.policy import Operator
 from thenar.runtime.record import LogWriter, header, read_log
 from thenar.runtime.replay import replay
 from thenar.synthesis.api import synthesize
@@ -213,3 +215,15 @@ def test_a_pad_that_slides_as_a_whole_is_not_taken_for_a_lift_off(
     assert all(len(rises) and k >= rises[0] for k in times)
     assert "incip_slip*" in found.run.trace
     assert found.estimates.weight_n is None or found.estimates.weight_n.value == pytest.approx(1.2 * 9.81, rel=0.01)
+
+
+def test_a_run_that_ends_before_anything_moves_is_scored_too(closed_loop: Loop) -> None:
+    def leave(text: str) -> str:
+        raise EOFError
+
+    S, G = closed_loop("paper")
+    found = run_episode(S, G, policy=Operator(S, leave), block=Block(), seed=1)
+    assert found.run.outcome == "stopped"
+    assert found.run.trace == Trace()
+    assert not found.physical_success
+    assert json.dumps(found.to_dict(), allow_nan=False)

@@ -17,11 +17,11 @@ from thenar.hand.calibration import compression_m
 from thenar.hand.episode import run_episode
 from thenar.hand.hand import Hand, HandSetup
 from thenar.hand.hands import HANDS, hand_named
+from thenar.hand.motions import grip_to, pause
 from thenar.hand.objects import Block
 from thenar.hand.panda import PANDA, PandaWorld
 from thenar.hand.scenarios import scenario
 from thenar.hand.sensing import PROFILES, SensorModel
-from thenar.hand.skills import grip_to, pause
 from thenar.hand.world import World
 from thenar.model.automaton import Automaton
 from thenar.model.supervisor import Supervisor

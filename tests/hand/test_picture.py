@@ -110,7 +110,7 @@ def test_a_mark_says_what_kind_of_event_it_is(episode: Episodes) -> None:
     assert found["remote_breakC"] == found["prox_make_C1"] == "contact"
     assert found["incip_slip"] == "surprise"
     assert found["move_to_Z"] == "other"
-    assert marks(episode("paper", "missing").run.entries)[-1] == Mark(6.163, "safe stop", "surprise")
+    assert marks(episode("paper", "missing").run.entries)[-1] == Mark(6.164, "safe stop", "surprise")
     assert marks([{"kind": "violation", "t": 1.0, "event": "incip_slip*"}])[0].name == "violation: incip_slip"
 
 

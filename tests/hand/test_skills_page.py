@@ -13,9 +13,17 @@ PAGE = (Path(__file__).parents[2] / "docs" / "hand.md").read_text(encoding="utf-
 
 
 def test_every_skill_is_documented_with_its_commit_point_and_limit() -> None:
-    rows = re.findall(r"^\| (`.*?`) \| (command|achievement) \|.*?\| (\d+) s \|", PAGE, re.MULTILINE)
-    told = {e: (commit, float(limit)) for events, commit, limit in rows for e in re.findall(r"`(.*?)`", events)}
-    assert told == {event: (skill.plan.commit, skill.plan.limit_s) for event, skill in SKILLS.items()}
+    rows = re.findall(r"^\| (`.*?`) \| (command|achievement) \|.*?\| (\d+ s|–) \|", PAGE, re.MULTILINE)
+    told = {e: (commit, limit) for events, commit, limit in rows for e in re.findall(r"`(.*?)`", events)}
+    plans = [skill.plan for skill in SKILLS.values()]
+    assert told == {p.event: (p.commit, f"{p.limit_s:g} s" if p.commit == "achievement" else "–") for p in plans}
+
+
+def test_every_detector_is_documented_with_its_debounce_and_what_arms_it() -> None:
+    rows = dict(re.findall(r"^\| `(.*?)` \| .* for (\d+) ms \|$", PAGE, re.MULTILINE))
+    for event, detector in DETECTORS.items():
+        general = re.sub(r"_[12](?=_|$)", "_i", event)
+        assert int(rows[general]) == detector.hold_ms, event
 
 
 def test_skills_and_detectors_cover_both_variants() -> None:

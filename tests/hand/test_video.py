@@ -78,7 +78,7 @@ def test_the_same_episode_gives_the_same_bytes(file: Path, short: Episode) -> No
 
 
 def test_a_caption_says_time_phase_and_last_event(short: Episode) -> None:
-    lines = captions(short.run.entries, np.array([0.0, 1.0, 1.051, 2.2, 99.0]))
+    lines = captions(short.run.entries, np.array([0.0, 1.0, 1.052, 2.2, 99.0]))
     assert [line.split() for line in lines] == [
         ["0.00", "s", "approach"],
         ["1.00", "s", "approach"],

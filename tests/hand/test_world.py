@@ -15,9 +15,10 @@ from thenar.hand import calibration
 from thenar.hand.calibration import compression_m
 from thenar.hand.driver import HandDriver
 from thenar.hand.hand import Hand, HandSetup
+from thenar.hand.motions import grip_to, pause, raise_by
 from thenar.hand.objects import BOUNDS, HARDEST_PER_KG, Block
 from thenar.hand.sensing import PROFILES, SensorModel
-from thenar.hand.skills import SKILLS, grip_to, pause, raise_by
+from thenar.hand.skills import SKILLS
 from thenar.hand.world import CHANNELS, ELEMENTS, World
 
 

@@ -57,7 +57,8 @@ def main() -> None:
         # not cli.main(): that takes a reader who leaves a pipe for a failure
         with cli.make_context("thenar", sys.argv[1:]) as context:
             cli.invoke(context)
-        sys.stdout.flush()
+        if sys.stdout is not None:
+            sys.stdout.flush()
     except click.exceptions.Exit as done:
         sys.exit(done.exit_code)
     except click.ClickException as error:

@@ -22,7 +22,9 @@ if TYPE_CHECKING:
     from thenar.model.problem import Problem
     from thenar.model.supervisor import Supervisor
 
+OUTPUTS = ("episode.mcap", "episode.png", "episode.mp4")
 OnTick = Callable[[float, "str | None", "str | None"], None]
+OnEntry = Callable[[dict[str, Any]], None]
 
 
 @click.command()
@@ -91,10 +93,11 @@ def run(
         policy=policy,
         hand=hand,
         fault=fault_ or "",
+        **{name: value for name, value in own.items() if value is not None},
         thenar=thenar_version(),
     )
     try:
-        with LogWriter(folder / "log.jsonl", first) as log, watched(policy) as on_tick:
+        with LogWriter(folder / "log.jsonl", first) as log, watched(policy) as (on_entry, on_tick):
             episode = run_episode(
                 supervisor,
                 plant,
@@ -107,17 +110,25 @@ def run(
                 fault=fault,
                 clock=RealClock() if live else VirtualClock(),
                 log=log,
+                on_entry=on_entry,
                 on_tick=on_tick,
             )
     except KeyboardInterrupt:
         clear(folder)
         click.echo(f"thenar: interrupted; the fingers stand still, the log is in {folder / 'log.jsonl'}", err=True)
         raise click.exceptions.Exit(130) from None
-    files = write_files(folder, episode, first, scenario.name, video)
-    if json_:
+    if json_:  # first of all, so that a full disk does not cost the answer
         print_json(episode.to_dict())
     else:
         report(problem, supervisor, scenario.name, episode)
+        if fault is not None and episode.run.outcome == "complete":
+            say(f"  fault       {fault_} did not come about")
+    try:
+        files = write_files(folder, episode, first, scenario.name, video)
+    except KeyboardInterrupt:
+        click.echo(f"thenar: interrupted while writing; the log in {folder / 'log.jsonl'} is whole", err=True)
+        raise click.exceptions.Exit(130) from None
+    if not json_:
         say(f"  written     {', '.join(['log.jsonl', *files])} in {folder}")
     if not (episode.discrete_success and episode.physical_success):
         raise click.exceptions.Exit(1)
@@ -139,10 +150,12 @@ def scenarios(json_: bool) -> None:
         return
     width = max(map(len, SCENARIOS))
     for s in SCENARIOS.values():
-        where = " (extended variant only)" if s.hole else ""
-        provokes = f"provokes {s.provokes}{where}, " if s.provokes else ""
+        ends = s.ends.replace("_", " ")
+        said = f"provokes {s.provokes}, ends: {ends}" if s.provokes else f"ends: {ends}"
+        if s.hole:
+            said = f"paper: has no word for it, ends: {ends}; extended: provokes {s.provokes}, ends: gave up"
         say(f"{s.name:<{width}}  {s.says}")
-        say(f"{'':<{width}}    {provokes}ends: {s.ends.replace('_', ' ')}")
+        say(f"{'':<{width}}    {said}")
 
 
 def named_problem(model: str, variant: str | None) -> Problem:
@@ -175,7 +188,12 @@ def with_own_values(block: Block, own: dict[str, float | None]) -> Block:
 
 def make_folder(out: str) -> Path:
     """Return the folder of the outputs, made if it is not there."""
+    if not out:
+        raise InputError("--out '': name a folder")
     folder = Path(out)
+    for name in OUTPUTS:
+        if (folder / name).is_dir():
+            raise InputError(f"{folder / name}: a folder is in the way of the file; give --out another folder")
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -212,10 +230,10 @@ def thenar_version() -> str:
 
 
 @contextmanager
-def watched(policy: str) -> Iterator[OnTick | None]:
-    """Yield a callback that keeps a line on a terminal up to date: time, phase, last event."""
-    if policy == "operator" or not sys.stderr.isatty():  # a line that moves is in the way of questions
-        yield None
+def watched(policy: str) -> Iterator[tuple[OnEntry | None, OnTick | None]]:
+    """Yield callbacks that keep a line on a terminal up to date: time, phase, last event."""
+    if policy.strip().startswith("operator") or not sys.stderr.isatty():  # a line that moves disturbs a question
+        yield None, None
         return
     from rich.console import Console
 
@@ -224,18 +242,21 @@ def watched(policy: str) -> Iterator[OnTick | None]:
     phase = phase_after(None)
     with Console(stderr=True).status("") as status:
 
-        def show(time_s: float, last: str | None, running: str | None) -> None:
+        def note(entry: dict[str, Any]) -> None:
             nonlocal phase
-            phase = phase_after(last, phase)
+            if entry["kind"] == "event":
+                phase = phase_after(entry["event"], phase)
+
+        def show(time_s: float, last: str | None, running: str | None) -> None:
             now = running or "waits"
             status.update(f"{time_s:6.2f} s   {phase:<13} {now:<24} after {last or 'the start'}   (Ctrl-C stops)")
 
-        yield show
+        yield note, show
 
 
 def clear(folder: Path) -> None:
     """Remove what an earlier run left beside its log: what lies there belongs together."""
-    for name in ("episode.mcap", "episode.png", "episode.mp4"):
+    for name in OUTPUTS:
         (folder / name).unlink(missing_ok=True)
 
 

@@ -7,9 +7,9 @@ from functools import cache
 import numpy as np
 
 from thenar.hand.hand import Hand, HandSetup
+from thenar.hand.motions import grip_to, pause
 from thenar.hand.objects import Block
 from thenar.hand.sensing import PROFILES, SensorModel
-from thenar.hand.skills import grip_to, pause
 from thenar.hand.world import World
 
 __all__ = ["REFERENCE", "compression_m", "measure"]

@@ -157,6 +157,7 @@ def run_episode(
     driver: Driver = simulated if fault is None or fault.kind == "nan" else FaultyDriver(simulated, fault)
     goals = [event for event in through if event in events]
     chosen = policy_named(policy, supervisor, driver, seed=seed, through=goals) if isinstance(policy, str) else policy
+    simulated.tick()  # the sensors have been read once before anything is decided
     begun = time.perf_counter()
     run = execute(
         supervisor, plant, driver, chosen, through=goals, clock=clock, log=log, on_entry=on_entry, on_tick=on_tick

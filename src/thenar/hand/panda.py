@@ -65,10 +65,8 @@ class PandaWorld(World):
     geometry: ClassVar[Geometry] = PANDA
     obstacle_at: ClassVar[tuple[float, float]] = (-0.034, 0.025)
 
-    def __init__(
-        self, block: Block, *, obstacle: bool = False, glued: bool = False, missing: bool = False, table_mu: float = 0.5
-    ) -> None:
-        super().__init__(block, obstacle=obstacle, glued=glued, missing=missing, table_mu=table_mu)
+    def __init__(self, block: Block, *, obstacle: bool = False, glued: bool = False, missing: bool = False) -> None:
+        super().__init__(block, obstacle=obstacle, glued=glued, missing=missing)
         self.model.geom_solref[:, 0] = CONTACT_S
         self.ctrl = np.zeros(6)
         self.joints |= dict.fromkeys(("position_z_1", "position_z_2"), self.joints["position_z"])

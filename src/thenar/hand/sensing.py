@@ -87,10 +87,7 @@ class SensorModel:
         self._drops = [False] * BLOCK
 
     def read(self, raw: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the readings (in place: the array is the model's own) for the ideal ones of this period.
-
-        Raises Fault that names the channel if a reading is no finite number.
-        """
+        """Return the readings (in place: the array is the model's own) for the ideal ones of this period."""
         if self._exact:
             self._value[:] = raw
             return self._value

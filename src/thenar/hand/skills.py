@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from thenar.hand.estimates import Mean
+from thenar.hand.motions import GRIP_RATE, PERIOD_S, average, grip_to, lift, move, pause, raise_by, smooth, tare, weigh
 from thenar.hand.servo import CLOSING_STIFFNESS
 from thenar.hand.world import FACE
 from thenar.runtime.driver import Skill
@@ -20,13 +21,11 @@ if TYPE_CHECKING:
 
 __all__ = ["SKILLS", "Routine", "routines"]
 
-PERIOD_S = 1e-3
 GRASP_HEIGHT = 0.030  # m above the expected table: above the middle of the block, so that it hangs straight
 GUARDED_SPEED = 0.03  # m/s
 CONTACT_N = 0.12  # N, ten times the filtered noise
 TOUCH_N = 0.7  # N that both fingers press with while they orient: aligns a pad, moves no block
 FIRST_GRIP_N = 4.0
-GRIP_RATE = 20.0  # N/s
 TABLE_GRIP_RATE = 10.0  # N/s on the table: the softer side gives way more quickly, and that must not push a light block
 GRIP_FACTOR = 2.4  # 4 N, 9.6 N, 23 N: two increments must do for all that a hand like this can lift
 MOST_GRIP_N = 34.0  # a squeeze on top stays within what the pads are calibrated for
@@ -38,8 +37,9 @@ MOVE_SPEED = 0.06  # m/s
 LOWER_SPEED = 0.015  # m/s
 GRIP_DECAY = 2.0  # 1/s
 SQUEEZE_N = 6.0
+LEAST_WIDTH = 0.008  # m between the fingertips, where they have no stroke left: a softer block is squeezed less
+LEAST_SQUEEZE_N = 1.0  # N below which a squeeze says nothing
 SETTLE_S = 0.15
-WATCH_S = 0.4  # s of averaging on each side of the squeeze
 SHARING_S = 0.04  # s in which what finger 2 carries too much falls to a third
 STILL_S = 0.25  # s of holding still before the grip is loosened
 
@@ -56,64 +56,6 @@ class HandSkill:
     arms: tuple[str, ...] = ()
 
 
-def smooth(seconds: float) -> Iterator[tuple[float, float]]:
-    """Yield (s, ds/dt) of the minimum-jerk way from 0 to 1, one pair for each period."""
-    n = max(round(seconds / PERIOD_S), 1)
-    for k in range(1, n + 1):
-        u = k / n
-        yield u**3 * (10 - 15 * u + 6 * u * u), 30 * u * u * (1 - u) ** 2 / seconds
-
-
-def pause(seconds: float) -> Iterator[None]:
-    """Yield for ``seconds``."""
-    for _ in range(round(seconds / PERIOD_S)):
-        yield
-
-
-def move(hand: Hand, i: int, closing: float, height: float, seconds: float) -> Iterator[None]:
-    """Move finger ``i`` (0 or 1) smoothly to a place."""
-    servo = hand.servo
-    c, h = servo.closing_m[i], servo.height_m[i]
-    for s, rate in smooth(seconds):
-        servo.closing_m[i], servo.closing_speed[i] = c + s * (closing - c), rate * (closing - c)
-        servo.set_height(i, h + s * (height - h), rate * (height - h))
-        yield
-    servo.closing_speed[i] = 0.0
-    servo.set_height(i, servo.height_m[i])
-
-
-def grip_to(hand: Hand, force_n: float, rate: float = GRIP_RATE) -> Iterator[None]:
-    """Change the grip force steadily, and wait until it is felt."""
-    servo = hand.servo
-    servo.grip(servo.grip_n)
-    while servo.grip_n != force_n:
-        step = min(max(force_n - servo.grip_n, -rate * PERIOD_S), rate * PERIOD_S)
-        servo.grip_n += step
-        yield
-    steady = 0
-    while steady < 20:
-        steady = steady + 1 if all(abs(g - force_n) < 0.05 * force_n + 0.1 for g in hand.touch.grip_n) else 0
-        yield
-
-
-def raise_by(hand: Hand, distance: float, speed: float) -> Iterator[None]:
-    """Move both fingers up (or down) steadily."""
-    servo = hand.servo
-    step = speed * PERIOD_S * (1 if distance > 0 else -1)
-    for _ in range(round(abs(distance) / (speed * PERIOD_S))):
-        lift(hand, step)
-        yield
-    servo.height_speed[:] = (0.0, 0.0)
-
-
-def lift(hand: Hand, step: float) -> None:
-    """Raise both height references by one period's ``step``."""
-    servo = hand.servo
-    servo.height_m[0] += step
-    servo.height_m[1] += step
-    servo.height_speed[:] = (step / PERIOD_S, step / PERIOD_S)
-
-
 def approach(i: int) -> Routine:
     """Return the way from rest to the proposed contact location; achieved when the finger is there."""
 
@@ -124,15 +66,6 @@ def approach(i: int) -> Routine:
         yield from pause(0.05)
 
     return run
-
-
-def tare(hand: Hand, seconds: float) -> Iterator[None]:
-    """Average what free fingers feel, as the zero of their force sensors."""
-    free = not any(hand.in_contact)
-    for _ in pause(seconds):
-        if free:
-            hand.touch.tare()
-        yield
 
 
 def retract(i: int) -> Routine:
@@ -290,13 +223,6 @@ def hold_clear(hand: Hand) -> Iterator[None]:
     yield from weigh(hand, STILL_S)
 
 
-def weigh(hand: Hand, seconds: float) -> Iterator[None]:
-    """Average the load while everything is still."""
-    for _ in pause(seconds):
-        hand.weigh()
-        yield
-
-
 def move_to_z(hand: Hand) -> Iterator[None]:
     """Lift the object to Z above the table; achieved when it is there and still."""
     servo = hand.servo
@@ -313,27 +239,20 @@ def move_to_z(hand: Hand) -> Iterator[None]:
 
 
 def squeeze(hand: Hand) -> Iterator[None]:
-    """Squeeze by a known force and back; achieved when the grip is as before."""
+    """Squeeze by a known force, as far as the stroke goes, and back; achieved when the grip is as before."""
     servo = hand.servo
     before = servo.grip_n
     rest, pressed = (Mean(), Mean(), Mean()), (Mean(), Mean(), Mean())
     yield from average(hand, rest)
-    yield from grip_to(hand, before + SQUEEZE_N)
+    while servo.grip_n < before + SQUEEZE_N and hand.touch.width_m > LEAST_WIDTH:
+        servo.grip_n += GRIP_RATE * PERIOD_S
+        yield
+    yield from grip_to(hand, servo.grip_n)
     yield from pause(SETTLE_S)
     yield from average(hand, pressed)
     yield from grip_to(hand, before)
-    hand.estimates.squeezed(rest, pressed, hand.compression_m)
-
-
-def average(hand: Hand, means: tuple[Mean, Mean, Mean]) -> Iterator[None]:
-    """Average the grip force and both closing coordinates."""
-    touch = hand.touch
-    for _ in pause(WATCH_S):
-        means[0].add((touch.grip_n[0] + touch.grip_n[1]) / 2)
-        means[1].add(touch.closing_m[0])
-        means[2].add(touch.closing_m[1])
-        hand.weigh()
-        yield
+    if servo.grip_n < pressed[0].value - LEAST_SQUEEZE_N:
+        hand.estimates.squeezed(rest, pressed, hand.compression_m)
 
 
 def make_remote(hand: Hand) -> Iterator[None]:

@@ -36,6 +36,7 @@ CROWN = 0.12e-3  # m that the outermost elements stand back: they carry less and
 FINGER_MASS = 0.3  # kg
 FINGER_DAMPING = 25.0  # Ns/m: force control needs it
 WRIST_DAMPING = 0.02  # Nm s/rad
+TABLE_MU = 0.5
 PLATE_SHARE = 0.15  # of the mass in each plate: a lighter one on its spring would ring with the pad (sqrt(k/m) dt)
 HALF_HEIGHT = 0.025  # m, of the block
 FACE = 0.02  # m from the block's middle to a face
@@ -79,11 +80,9 @@ class World:
     geometry: ClassVar[Geometry] = PLANAR
     obstacle_at: ClassVar[tuple[float, float]] = (-0.055, 0.035)  # m: in the way of finger 1
 
-    def __init__(
-        self, block: Block, *, obstacle: bool = False, glued: bool = False, missing: bool = False, table_mu: float = 0.5
-    ) -> None:
+    def __init__(self, block: Block, *, obstacle: bool = False, glued: bool = False, missing: bool = False) -> None:
         self.block, self.missing = block, missing
-        spec = _stage(block, glued, missing, table_mu)
+        spec = _stage(block, glued, missing)
         self._add_hand(spec, block.mu)
         if obstacle:
             _add_obstacle(spec, *self.obstacle_at)
@@ -157,7 +156,7 @@ def _layout(model: mujoco.MjModel) -> tuple[NDArray[np.intp], NDArray[np.float64
     return np.array(order), np.array(gain)
 
 
-def _stage(block: Block, glued: bool, missing: bool, table_mu: float) -> mujoco.MjSpec:
+def _stage(block: Block, glued: bool, missing: bool) -> mujoco.MjSpec:
     spec = mujoco.MjSpec()
     option = spec.option
     option.timestep = STEP_S
@@ -170,7 +169,7 @@ def _stage(block: Block, glued: bool, missing: bool, table_mu: float) -> mujoco.
     option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_ISLAND)  # one island: looking for more costs 10 %
     world = spec.worldbody
     world.add_light(pos=(0, -0.4, 0.6), dir=(0, 0.5, -1))
-    table: dict[str, Any] = {"friction": (table_mu, 0, 0), "solref": SOLREF, "solimp": SOLIMP, "condim": 3}
+    table: dict[str, Any] = {"friction": (TABLE_MU, 0, 0), "solref": SOLREF, "solimp": SOLIMP, "condim": 3}
     table |= {"contype": ON_TABLE, "conaffinity": ON_TABLE}
     height = block.table_height_m
     world.add_geom(

@@ -15,7 +15,7 @@ class Skill:
 
     ``commit`` says when the event occurs: a ``"command"`` the moment that it is issued, an ``"achievement"`` when
     the skill reports success.  ``expected_s`` is how long it takes when nothing goes wrong (policies plan with it),
-    ``limit_s`` when the watchdog ends it.
+    ``limit_s`` when the watchdog ends it; a command ends with the event that it leads to, so it has none.
 
     >>> Skill("approach_1", "achievement", expected_s=0.8, limit_s=3.0, finger=1).commit
     'achievement'

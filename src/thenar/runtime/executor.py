@@ -77,6 +77,7 @@ def execute(
     ...     not_ready = lambda self, event: None
     ...     heartbeat = lambda self, event: self.time_s
     ...     snapshot = dict
+    ...     stop = abort = lambda self, event=None: None
     >>> problem = small_factory()
     >>> supervisor, plant = synthesize(problem).supervisor, sync(*problem.plants)
     >>> policy = Priority(supervisor, ["finish_1", "finish_2", "start_2"])

@@ -15,11 +15,12 @@ __all__ = ["Replay", "replay"]
 
 @dataclass(frozen=True, slots=True)
 class Replay:
-    """What a replay found: true exactly if plant and supervisor accept the log, and it recorded them rightly.
+    """What a replay found: true exactly if plant and supervisor accept the log, and nothing in it contradicts them.
 
     * ``accepted_by_plant``, ``accepted_by_supervisor``: is the trace in L(G), in L(S/G); the witness ends with
       the first event that is not, and the reason names its line
-    * ``differences``: each recorded state or enabled set that is not the recomputed one, with its line
+    * ``differences``: each recorded state or enabled set that is not the recomputed one, each skill that was started
+      while its event was not enabled, and a time that runs backwards, with the line
     * ``violations``: what the run itself had found wrong
     * ``torn``: whether the last line was cut off; ``end``: the last entry of a log that is whole
 
@@ -37,7 +38,8 @@ class Replay:
     end: Entry | None = field(repr=False)
 
     def __bool__(self) -> bool:
-        return bool(self.accepted_by_plant and self.accepted_by_supervisor) and not self.differences
+        accepted = bool(self.accepted_by_plant and self.accepted_by_supervisor)
+        return accepted and not self.differences and not self.violations
 
 
 def replay(log: Log, supervisor: Supervisor, plant: Automaton) -> Replay:
@@ -64,7 +66,15 @@ def replay(log: Log, supervisor: Supervisor, plant: Automaton) -> Replay:
     by_plant = Check("accepted by the plant", g is not None, reason=_none(g, "the plant has no states"))
     trace: list[str] = []
     differences: list[str] = []
+    before = -1.0
     for line, found in enumerate(log.entries, 2):
+        if found["t"] < before:
+            differences.append(f"line {line}: the time runs backwards, from {before:g} s to {found['t']:g} s")
+        before = max(before, found["t"])
+        if found["kind"] == "start" and x is not None and g is not None:
+            event = str(found.get("event", ""))
+            if why := _refused(supervisor, x, event) or _impossible(plant, supervisor, g, event):
+                differences.append(f"line {line}: a skill was started although {why}")
         if found["kind"] in ("event", "violation"):
             event = found["event"]
             trace.append(event)
@@ -124,8 +134,13 @@ def _differences(found: Entry, supervisor: Supervisor, x: int | None, plant: Aut
     return [
         f"{name} is recorded as {_shown(found[name])}, but is {_shown(value)}"
         for name, value in computed.items()
-        if name in found and found[name] != value
+        if name in found and _plain(found[name]) != _plain(value)
     ]
+
+
+def _plain(value: object) -> object:
+    """Return a list of names in an order of its own: what is enabled is a set."""
+    return sorted(value) if isinstance(value, list) else value
 
 
 def _shown(value: object) -> str:
