@@ -89,7 +89,7 @@ def test_a_log_of_another_supervisor_is_caught(tmp_path: Path) -> None:
         (["--policy", "priority(aproach_1)"], "unknown event 'aproach_1'; did you mean 'approach_1'?"),
         (["--variant", "papper"], "unknown variant 'papper'; did you mean 'paper'?"),
         (["--variant", "timed"], "the timed variant of glr needs timed automata, which thenar does not have yet"),
-        (["--fault", "silent:incip_slp"], "unknown event 'incip_slp'; did you mean 'incip_slip*'?"),
+        (["--fault", "silent:incip_slp"], "unknown event with a detector 'incip_slp'; did you mean 'incip_slip*'?"),
         (["--seed", "-1"], "-1 is not in the range x>=0"),
     ],
 )

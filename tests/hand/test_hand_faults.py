@@ -62,7 +62,7 @@ def test_every_kind_of_fault_is_tried() -> None:
     [
         ("silent", "write KIND:PART"),
         ("silnt:incip_slip", "unknown fault 'silnt'; did you mean 'silent'"),
-        ("silent:incip_slp", "unknown event 'incip_slp'; did you mean 'incip_slip"),
+        ("silent:incip_slp", "unknown event with a detector 'incip_slp'; did you mean 'incip_slip"),
         ("nan:force_1", "unknown sensor 'force_1'"),
     ],
 )

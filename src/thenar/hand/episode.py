@@ -94,6 +94,7 @@ class Episode:
             },
             "block": asdict(block),
             "latency_ms": {event: sum(values) / len(values) for event, values in latency.items()},
+            "early_slips": self.score.early_slips,
             "slip_before_detection_mm": 1e3 * self.score.slip_before_detection_m,
             "lift_error_mm": None if self.score.lift_error_m is None else 1e3 * self.score.lift_error_m,
             "replace_error_mm": 1e3 * self.score.replace_error_m,

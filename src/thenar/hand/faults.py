@@ -62,7 +62,12 @@ def fault(text: str) -> Fault:
     }.get(kind, [*achieved, *DETECTORS])
     found = part + "*" if part not in known and part + "*" in known else part
     if found not in known:
-        raise UnknownName("sensor" if kind == "nan" else "event", part, known)
+        what = {
+            "nan": "sensor",
+            "silent": "event with a detector",
+            "endless": "event with a skill that ends",
+        }.get(kind, "event with a detector or a skill that ends")
+        raise UnknownName(what, part, known)
     return Fault(kind, found)
 
 

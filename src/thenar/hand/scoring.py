@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -53,6 +54,7 @@ class Score:
     replace_error_m: float
     slip_before_detection_m: float
     latency_ms: dict[str, list[float]] = field(default_factory=dict)
+    early_slips: int = 0  # reported before a quarter of the elements slid by more than SLID_M
 
 
 def truth(world: World) -> Truth:
@@ -106,11 +108,15 @@ def score(run: Run, truth: Truth) -> Score:
     upright = abs(float(truth.tilt_rad[-1])) <= UPRIGHT_RAD
     replaced = replace_error <= REPLACED_WITHIN_M and upright and bool(truth.on_table[-1])
     dropped = _dropped(truth, run, when)
+
+    def begun(event: str) -> list[int]:
+        return [round(e["t"] * 1000) for e in run.entries if e["kind"] == "start" and e["event"] == event]
+
     slips = _slips(run, truth)
     latency = {
         "incip_slip*": [late for late, _ in slips if late is not None],
-        "remote_breakC*": _after(~truth.on_table, when.get("remote_breakC*", [])),
-        "remote_makeC*": _after(truth.on_table, when.get("remote_makeC*", [])),
+        "remote_breakC*": _after(~truth.on_table, when.get("remote_breakC*", []), begun("remote_breakC*")),
+        "remote_makeC*": _after(truth.on_table, when.get("remote_makeC*", []), begun("remote_makeC*")),
     }
     slid = max((distance for _, distance in slips), default=0.0)
     return Score(
@@ -122,6 +128,7 @@ def score(run: Run, truth: Truth) -> Score:
         replace_error,
         slid,
         {event: values for event, values in latency.items() if values},
+        sum(late is None for late, _ in slips),
     )
 
 
@@ -145,13 +152,17 @@ def _dropped(truth: Truth, run: Run, when: dict[str, list[int]]) -> bool:
     return False
 
 
-def _after(condition: NDArray[np.bool_], reports: list[int]) -> list[float]:
-    """Return how long before each report the condition became true, in ms; only where it was false before."""
+def _after(condition: NDArray[np.bool_], reports: list[int], begun: Sequence[int] = ()) -> list[float]:
+    """Return how long before each report the condition became true, in ms; only where it was false before.
+
+    What was true before somebody looked, from the last of ``begun`` on, counts from there.
+    """
     found = []
     for k in reports:
         false_before = np.flatnonzero(~condition[: k + 1])
         if len(false_before) and condition[k]:
-            found.append(float(k - false_before[-1] - 1))
+            onset = max(int(false_before[-1]) + 1, *(b for b in begun if b <= k), 0)
+            found.append(float(k - onset))
     return found
 
 
