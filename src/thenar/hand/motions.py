@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
@@ -13,6 +14,7 @@ __all__ = [
     "GRIP_RATE",
     "PERIOD_S",
     "average",
+    "come_to_rest",
     "grip_to",
     "lift",
     "move",
@@ -25,6 +27,8 @@ __all__ = [
 
 PERIOD_S = 1e-3
 GRIP_RATE = 20.0  # N/s
+REST_MS, REST_ROUNDS = 50, 40  # ms that a width is averaged over, and how often at most
+REST_M = 8e-6  # m between two such means: three times their noise
 WATCH_S = 0.4  # s of averaging on each side of a squeeze
 
 
@@ -40,6 +44,19 @@ def pause(seconds: float) -> Iterator[None]:
     """Yield for ``seconds``."""
     for _ in range(round(seconds / PERIOD_S)):
         yield
+
+
+def come_to_rest(hand: Hand) -> Iterator[None]:
+    """Wait until the fingers move together no more: a soft block gives way slowly; two seconds at most."""
+    before = math.inf
+    for _ in range(REST_ROUNDS):
+        width = 0.0
+        for _ in range(REST_MS):
+            width += hand.touch.width_m / REST_MS
+            yield
+        if abs(width - before) < REST_M:
+            return
+        before = width
 
 
 def move(hand: Hand, i: int, closing: float, height: float, seconds: float) -> Iterator[None]:

@@ -14,8 +14,8 @@ __all__ = ["Block"]
 BOUNDS = {
     "mass_kg": (0.05, 3.0),  # a lighter one is pushed away by the first touch
     "mu": (0.05, 2.0),
-    "stiffness_1_n_per_m": (300.0, 2e5),
-    "stiffness_2_n_per_m": (300.0, 2e5),
+    "stiffness_1_n_per_m": (600.0, 2e5),
+    "stiffness_2_n_per_m": (600.0, 2e5),
     "x_m": (-0.02, 0.02),
     "face_tilt_rad": (-0.3, 0.3),
     "table_height_m": (-0.02, 0.02),

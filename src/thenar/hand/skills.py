@@ -11,7 +11,20 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from thenar.hand.estimates import Mean
-from thenar.hand.motions import GRIP_RATE, PERIOD_S, average, grip_to, lift, move, pause, raise_by, smooth, tare, weigh
+from thenar.hand.motions import (
+    GRIP_RATE,
+    PERIOD_S,
+    average,
+    come_to_rest,
+    grip_to,
+    lift,
+    move,
+    pause,
+    raise_by,
+    smooth,
+    tare,
+    weigh,
+)
 from thenar.hand.servo import CLOSING_STIFFNESS
 from thenar.hand.world import FACE
 from thenar.runtime.driver import Skill
@@ -243,12 +256,13 @@ def squeeze(hand: Hand) -> Iterator[None]:
     servo = hand.servo
     before = servo.grip_n
     rest, pressed = (Mean(), Mean(), Mean()), (Mean(), Mean(), Mean())
+    yield from come_to_rest(hand)
     yield from average(hand, rest)
     while servo.grip_n < before + SQUEEZE_N and hand.touch.width_m > LEAST_WIDTH:
         servo.grip_n += GRIP_RATE * PERIOD_S
         yield
     yield from grip_to(hand, servo.grip_n)
-    yield from pause(SETTLE_S)
+    yield from come_to_rest(hand)
     yield from average(hand, pressed)
     yield from grip_to(hand, before)
     if servo.grip_n < pressed[0].value - LEAST_SQUEEZE_N:
