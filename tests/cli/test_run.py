@@ -170,3 +170,16 @@ def test_an_operator_chooses_at_the_terminal(tmp_path: Path) -> None:
     assert "the operator stopped the run" in told
     events = [e["event"] for e in read_log(tmp_path / "out" / "log.jsonl").entries if e["kind"] == "event"]
     assert events == ["approach_1"]
+
+
+def test_a_log_is_not_replayed_against_another_supervisor_of_the_same_name(tmp_path: Path) -> None:
+    problem = glr.problem()
+    never = Automaton.from_transitions(
+        [], initial="0", marked=["0"], events=problem.alphabet, alphabet=["stiffness_EP*"], name="GENTLE"
+    )
+    save(
+        Problem(problem.plants, [*problem.specs, never], name="glr", alphabet=problem.alphabet), tmp_path / "mine.toml"
+    )
+    thenar("run", "mine.toml", folder=tmp_path, code=1)
+    assert "line 1: the log is of supervisor" in thenar("replay", "out/log.jsonl", folder=tmp_path, code=1).stdout
+    thenar("replay", "out/log.jsonl", "mine.toml", folder=tmp_path)

@@ -70,6 +70,7 @@ def run(
     from thenar.hand.faults import fault as fault_named
     from thenar.hand.scenarios import scenario as scenario_named
     from thenar.runtime.clock import RealClock, VirtualClock
+    from thenar.runtime.identity import identity
     from thenar.runtime.record import LogWriter, header
 
     problem = named_problem(model, variant)
@@ -94,6 +95,7 @@ def run(
         hand=hand,
         fault=fault_ or "",
         **{name: value for name, value in own.items() if value is not None},
+        supervisor=identity(supervisor, plant),
         thenar=thenar_version(),
     )
     try:

@@ -8,6 +8,7 @@ from thenar.errors import did_you_mean
 from thenar.model.automaton import Automaton
 from thenar.model.supervisor import Supervisor
 from thenar.model.trace import Check, Trace
+from thenar.runtime.identity import identity
 from thenar.runtime.record import Entry, Log
 
 __all__ = ["Replay", "replay"]
@@ -20,7 +21,7 @@ class Replay:
     * ``accepted_by_plant``, ``accepted_by_supervisor``: is the trace in L(G), in L(S/G); the witness ends with
       the first event that is not, and the reason names its line
     * ``differences``: each recorded state or enabled set that is not the recomputed one, each skill that was started
-      while its event was not enabled, and a time that runs backwards, with the line
+      while its event was not enabled, a time that runs backwards, and a header of another supervisor, with the line
     * ``violations``: what the run itself had found wrong
     * ``torn``: whether the last line was cut off; ``end``: the last entry of a log that is whole
 
@@ -66,6 +67,8 @@ def replay(log: Log, supervisor: Supervisor, plant: Automaton) -> Replay:
     by_plant = Check("accepted by the plant", g is not None, reason=_none(g, "the plant has no states"))
     trace: list[str] = []
     differences: list[str] = []
+    if log.header.get("supervisor", here := identity(supervisor, plant)) != here:
+        differences.append(f"line 1: the log is of supervisor {log.header['supervisor']}, not of this one, {here}")
     before = -1.0
     for line, found in enumerate(log.entries, 2):
         if found["t"] < before:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack, closing
@@ -18,6 +17,7 @@ from thenar.hand.campaign.summary import summary
 from thenar.hand.campaign.workers import here, processes
 from thenar.model.automaton import Automaton
 from thenar.model.supervisor import Supervisor
+from thenar.runtime.identity import identity
 
 __all__ = ["Campaign", "Progress", "Row", "episode_seed", "read_rows", "run_campaign"]
 
@@ -120,7 +120,7 @@ def run_campaign(
     given = Task.of(supervisor, plant, seed=seed, hand=hand, **names)
     given.check(range(1, episodes + 1))
     configuration = {"seed": str(seed), **names, "hand": hand, **given.versions}
-    configuration["supervisor"] = _digest(supervisor, plant)
+    configuration["supervisor"] = identity(supervisor, plant)
     n = len(os.sched_getaffinity(0)) if workers is None else workers
     with ExitStack() as opened:
         client = None if scheduler is None else opened.enter_context(closing(connect(scheduler)))
@@ -177,14 +177,3 @@ def _make(folder: Path) -> Path:
     if not (os.access(folder, os.W_OK) and os.access(folder / LOGS, os.W_OK)):
         raise InputError(f"{folder}: cannot be written: no permission")
     return folder
-
-
-def _digest(supervisor: Supervisor, plant: Automaton) -> str:
-    """Return a short name of what the supervisor and the plant say; another one is another campaign."""
-    digest = hashlib.sha256()
-    for automaton in (supervisor.automaton, plant):
-        digest.update(repr([(e.name, e.controllable) for e in automaton.alphabet]).encode())
-        arrays = automaton.offsets, automaton.events, automaton.targets, automaton.marked
-        digest.update(b"".join(a.tobytes() for a in arrays) + str(automaton.initial).encode())
-    digest.update(supervisor.disabled_offsets.tobytes() + supervisor.disabled.tobytes())
-    return digest.hexdigest()[:12]

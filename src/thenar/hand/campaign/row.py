@@ -29,6 +29,7 @@ from thenar.hand.sensing import SensorModel, profile
 from thenar.model.automaton import Automaton
 from thenar.model.supervisor import Supervisor
 from thenar.runtime.binding import check_binding
+from thenar.runtime.identity import identity
 from thenar.runtime.policy import Policy, policy_named
 from thenar.runtime.record import LogWriter, header, read_log
 from thenar.runtime.replay import Replay, replay
@@ -210,6 +211,7 @@ def run_task(task: Task, episode: int) -> Finished:
         policy=task.policy,
         hand=task.hand,
         fault="",
+        supervisor=identity(task.supervisor, task.plant),
         thenar=task.versions["thenar"],
     )
     with tempfile.TemporaryDirectory(prefix="thenar-") as folder:
