@@ -55,10 +55,10 @@ class Automaton(Displayable):
         for array in (self.offsets, self.events, self.targets, self.marked):
             array.flags.writeable = False
 
-    def __setstate__(self, state: list[Any]) -> None:
-        for f, value in zip(fields(self), state, strict=True):
-            object.__setattr__(self, f.name, value)
-        self.__post_init__()  # arrays come back writable from a pickle
+    def __reduce__(self) -> tuple[Any, ...]:
+        # not __setstate__: Python before 3.11.4 puts its own in the place of a frozen slotted dataclass's; and arrays
+        # come back writable from a pickle
+        return _again, (type(self), {f.name: getattr(self, f.name) for f in fields(self)})
 
     # -- building ------------------------------------------------------------------------------------------
 
@@ -268,3 +268,8 @@ def _whole_numbers(array: ArrayLike, what: str, wrong: list[str]) -> NDArray[np.
         wrong.append(f"{what} must be a vector of whole numbers")
         return np.zeros(1, np.int64)
     return given.astype(np.int64)
+
+
+def _again(cls: type[Automaton], values: dict[str, Any]) -> Automaton:
+    """Make an automaton of what a pickle held."""
+    return cls(**values)
