@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from thenar.errors import InputError
 from thenar.explicit.exploration import Automata, Exploration, as_tuple, common_alphabet, ticker
 from thenar.explicit.products import sync
-from thenar.explicit.rows import row_offsets, sources
+from thenar.explicit.rows import kept, row_offsets, sources
 from thenar.model.automaton import Automaton
 from thenar.model.limits import Limits, Progress
 from thenar.model.supervisor import Supervisor
 from thenar.model.trace import Check, Trace
 
-__all__ = ["allows", "closed_loop", "condat", "forbidden", "is_controllable", "supcon"]
+__all__ = ["allows", "closed_loop", "condat", "forbidden", "is_controllable", "obeyed", "supcon"]
 
 
 def supcon(
@@ -127,14 +125,23 @@ def closed_loop(
     >>> closed_loop(problem.plants, condat(problem.plants, supcon(problem.plants, problem.specs)))
     Automaton 'S/G': 12 states (1 marked), 25 transitions, 8 events
     """
+    return sync(*as_tuple(plant), obeyed(supervisor), name="S/G", limits=limits, progress=progress)
+
+
+def obeyed(supervisor: Supervisor) -> Automaton:
+    """Return the supervisor's automaton without the transitions that its feedback map disables.
+
+    >>> from thenar.synthesis.api import synthesize
+    >>> from thenar.library.classics import small_factory
+    >>> supervisor = synthesize(small_factory()).supervisor
+    >>> obeyed(supervisor) is supervisor.automaton
+    True
+    """
     s = supervisor.automaton
-    n, k, source = s.n_states, len(s.alphabet), sources(s)
+    n, k = s.n_states, len(s.alphabet)
     disabled = np.repeat(np.arange(n), np.diff(supervisor.disabled_offsets)) * k + supervisor.disabled
-    obeyed = ~np.isin(source * k + s.events, disabled)
-    if not obeyed.all():
-        offsets = row_offsets(np.bincount(source[obeyed], minlength=n))
-        s = replace(s, offsets=offsets, events=s.events[obeyed], targets=s.targets[obeyed])
-    return sync(*as_tuple(plant), s, name="S/G", limits=limits, progress=progress)
+    keep = ~np.isin(sources(s) * k + s.events, disabled)
+    return s if keep.all() else kept(s, keep)
 
 
 def forbidden(exploration: Exploration, state: int, *, uncontrollable_only: bool) -> list[tuple[str, Automaton, int]]:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from thenar.model.automaton import Automaton
 from thenar.model.events import Alphabet
 
-__all__ = ["bytemask", "own_mask", "row_offsets", "rows_in_order_of", "sources"]
+__all__ = ["bytemask", "kept", "own_mask", "row_offsets", "rows_in_order_of", "sources"]
 
 
 def bytemask(mask: ArrayLike) -> NDArray[np.uint8]:
@@ -33,6 +35,12 @@ def row_offsets(degrees: ArrayLike) -> NDArray[np.int64]:
 def sources(automaton: Automaton) -> NDArray[np.int64]:
     """Return (n_transitions,) int64: the state that each transition leaves."""
     return np.repeat(np.arange(automaton.n_states), np.diff(automaton.offsets))
+
+
+def kept(automaton: Automaton, keep: NDArray[np.bool_]) -> Automaton:
+    """Return ``automaton`` with only the transitions that ``keep``, (n_transitions,) bool, says; states stay."""
+    offsets = row_offsets(np.bincount(sources(automaton)[keep], minlength=automaton.n_states))
+    return replace(automaton, offsets=offsets, events=automaton.events[keep], targets=automaton.targets[keep])
 
 
 def rows_in_order_of(alphabet: Alphabet, automaton: Automaton) -> tuple[NDArray[np.int32], NDArray[np.int32]]:

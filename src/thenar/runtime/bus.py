@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 
 from thenar.errors import Fault
 from thenar.model.events import Alphabet
+from thenar.runtime.binding import TIMEOUT
 from thenar.runtime.driver import Driver, Signal
 
 __all__ = ["MAX_DELAY_S", "EventBus"]
@@ -80,5 +81,5 @@ class EventBus:
 
 def _finger_of(event: str) -> int:
     """Return the finger of a watchdog's event, ``timeout_2``; 0 for any other."""
-    tail = event.removeprefix("timeout_")
+    tail = event.removeprefix(TIMEOUT)
     return int(tail) if tail != event and tail.isdecimal() else 0

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thenar.errors import InputError
+from thenar.explicit.control import obeyed
 from thenar.model.supervisor import Supervisor
 
 __all__ = ["Cells", "strong_components", "unfold"]
@@ -53,14 +54,14 @@ def unfold(supervisor: Supervisor, goals: Sequence[int]) -> Cells:
     >>> supervisor.n_states, len(cells.state), cells.find(0, done=0), cells.find(0, done=1)
     (12, 24, 0, 5)
     """
-    S, n, k = supervisor.automaton, supervisor.n_states, len(supervisor.automaton.alphabet)
-    source = np.repeat(np.arange(n), np.diff(S.offsets))
-    disabled = np.repeat(np.arange(n), np.diff(supervisor.disabled_offsets)) * k + supervisor.disabled
-    obeyed = ~np.isin(source * k + S.events, disabled)
-    events, targets = S.events[obeyed].astype(np.int64), S.targets[obeyed].astype(np.int64)
-    degree = np.bincount(source[obeyed], minlength=n)
-    offsets = np.concatenate(([0], np.cumsum(degree)))
-    bits = np.zeros(k, np.int64)
+    S, n = obeyed(supervisor), supervisor.n_states
+    events, targets, offsets, degree = (
+        S.events.astype(np.int64),
+        S.targets.astype(np.int64),
+        S.offsets,
+        np.diff(S.offsets),
+    )
+    bits = np.zeros(len(S.alphabet), np.int64)
     bits[list(goals)] = 1 << np.arange(len(goals))
 
     def after(cells: Ints) -> tuple[Ints, Ints, Ints]:

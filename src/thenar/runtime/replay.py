@@ -67,8 +67,9 @@ def replay(log: Log, supervisor: Supervisor, plant: Automaton) -> Replay:
     by_plant = Check("accepted by the plant", g is not None, reason=_none(g, "the plant has no states"))
     trace: list[str] = []
     differences: list[str] = []
-    if log.header.get("supervisor", here := identity(supervisor, plant)) != here:
-        differences.append(f"line 1: the log is of supervisor {log.header['supervisor']}, not of this one, {here}")
+    recorded, here = log.header.get("supervisor"), identity(supervisor, plant)
+    if recorded not in (None, here):
+        differences.append(f"line 1: the log is of supervisor {recorded}, not of this one, {here}")
     before = -1.0
     for line, found in enumerate(log.entries, 2):
         if found["t"] < before:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from thenar.explicit.control import closed_loop, is_controllable
 from thenar.explicit.reach import is_nonblocking, path_to
-from thenar.explicit.rows import row_offsets, sources
+from thenar.explicit.rows import kept, sources
 from thenar.model.automaton import Automaton
 from thenar.model.supervisor import Supervisor
 from thenar.model.trace import Check
@@ -69,7 +68,7 @@ def _commands_end(loop: Automaton, commands: Iterable[str]) -> Check:
     title = "commands end"
     instant = np.zeros(len(loop.alphabet), np.bool_)
     instant[[loop.alphabet.index(name) for name in commands if name in loop.alphabet]] = True
-    burst = _only(loop, instant)
+    burst = kept(loop, instant[loop.events])
     cyclic = _on_the_way_to_a_cycle(burst)
     path = path_to(loop, cyclic)
     if path is None:
@@ -83,14 +82,6 @@ def _commands_end(loop: Automaton, commands: Iterable[str]) -> Check:
         cycle.append(burst.alphabet[event].name)
     again = ", ".join(cycle[seen[q] :])
     return Check(title, False, trace + cycle, f"the commands {again} can follow each other without end")
-
-
-def _only(automaton: Automaton, kept: NDArray[np.bool_]) -> Automaton:
-    """Return ``automaton`` with the transitions of the events ``kept`` only; states keep their numbers."""
-    keep = kept[automaton.events]
-    degree = np.bincount(sources(automaton)[keep], minlength=automaton.n_states)
-    events, targets = automaton.events[keep], automaton.targets[keep]
-    return replace(automaton, offsets=row_offsets(degree), events=events, targets=targets)
 
 
 def _on_the_way_to_a_cycle(automaton: Automaton) -> NDArray[np.bool_]:
