@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from thenar.cli.common import as_json, print_json, say
-from thenar.cli.run import fit_supervisor, named_problem, variant_of
+from thenar.cli.run import fit_loop, named_problem, variant_of
 
 if TYPE_CHECKING:
     from thenar.hand.campaign import Campaign
@@ -53,7 +53,6 @@ def campaign(
 
     Exits with 1 if an episode could not be done; one that failed physically is a result, not an error.
     """
-    from thenar.explicit.products import sync
     from thenar.hand.campaign import read_rows, run_campaign
     from thenar.hand.campaign.picture import draw_errors
     from thenar.io.files import atomic_write
@@ -61,12 +60,12 @@ def campaign(
     problem = named_problem(model, variant)
     task, which = model.partition("(")[0], variant_of(problem)
     folder = out or f"campaign-{task}-{which}-{seed}"
-    supervisor = fit_supervisor(problem)
+    supervisor, plant = fit_loop(problem)
     try:
         with _watched() as on_progress:
             found = run_campaign(
                 supervisor,
-                sync(*problem.plants, name="G"),
+                plant,
                 episodes=episodes,
                 seed=seed,
                 out=folder,

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from thenar.hand.episode import Episode
     from thenar.hand.estimates import Estimate
     from thenar.hand.objects import Block
+    from thenar.model.automaton import Automaton
     from thenar.model.problem import Problem
     from thenar.model.supervisor import Supervisor
 
@@ -65,13 +66,11 @@ def run(
     Writes log.jsonl (every event, with its reasons), episode.mcap (all channels, for Foxglove and PlotJuggler) and
     episode.png into DIR.  Exits with 1 if the task was not done, or only seemingly.
     """
-    from thenar.explicit.products import sync
-    from thenar.hand.episode import block_of, run_episode
+    from thenar.hand.episode import block_of, log_header, run_episode
     from thenar.hand.faults import fault as fault_named
     from thenar.hand.scenarios import scenario as scenario_named
     from thenar.runtime.clock import RealClock, VirtualClock
-    from thenar.runtime.identity import identity
-    from thenar.runtime.record import LogWriter, header
+    from thenar.runtime.record import LogWriter
 
     problem = named_problem(model, variant)
     scenario = scenario_named(scenario_)
@@ -82,21 +81,19 @@ def run(
         from thenar.hand.video import check_video
 
         check_video()
-    supervisor = fit_supervisor(problem)
-    plant = sync(*problem.plants, name="G")
-    first = header(
+    supervisor, plant = fit_loop(problem)
+    first = log_header(
+        supervisor,
+        plant,
         problem.name.partition("(")[0],
         variant=variant_of(problem),
         seed=seed,
-        events=[e.name for e in supervisor.automaton.alphabet],
         scenario=scenario.name,
         sensors=sensors,
         policy=policy,
         hand=hand,
         fault=fault_ or "",
         **{name: value for name, value in own.items() if value is not None},
-        supervisor=identity(supervisor, plant),
-        thenar=thenar_version(),
     )
     try:
         with LogWriter(folder / "log.jsonl", first) as log, watched(policy) as (on_entry, on_tick):
@@ -205,8 +202,8 @@ def make_folder(out: str) -> Path:
     return folder
 
 
-def fit_supervisor(problem: Problem) -> Supervisor:
-    """Synthesise, and check that the supervisor is fit to be executed; say why not and exit with 1 if it is not."""
+def fit_loop(problem: Problem) -> tuple[Supervisor, Automaton]:
+    """Return S and G, S fit to be executed; say why it is not and exit with 1 otherwise."""
     from thenar.explicit.products import sync
     from thenar.hand.skills import SKILLS
     from thenar.synthesis.deploy import fit_to_run
@@ -216,19 +213,13 @@ def fit_supervisor(problem: Problem) -> Supervisor:
         say(f"{problem}\n{result.reason}")
         raise click.exceptions.Exit(1)
     commands = [event for event, skill in SKILLS.items() if skill.plan.commit == "command"]
-    failed = [c for c in fit_to_run(result.supervisor, sync(*problem.plants), commands) if not c]
+    plant = sync(*problem.plants, name="G")
+    failed = [c for c in fit_to_run(result.supervisor, plant, commands) if not c]
     if failed:
         for check in failed:
             say(f"not fit to be executed: {check}")
         raise click.exceptions.Exit(1)
-    return result.supervisor
-
-
-def thenar_version() -> str:
-    """Return the version of thenar, for the header of a log."""
-    import thenar
-
-    return str(thenar.__version__)
+    return result.supervisor, plant
 
 
 @contextmanager
@@ -265,12 +256,11 @@ def clear(folder: Path) -> None:
 def write_files(folder: Path, episode: Episode, first: dict[str, Any], scenario: str, video: bool) -> list[str]:
     """Write the MCAP file, the picture and, if asked for, the video; return their names."""
     from thenar.hand.mcap_log import write_mcap
-    from thenar.hand.picture import draw_episode
-    from thenar.io.files import atomic_write
+    from thenar.hand.picture import save
 
     clear(folder)
     write_mcap(folder / "episode.mcap", episode, first)
-    atomic_write(folder / "episode.png", draw_episode(episode, scenario=scenario))
+    save(folder / "episode.png", episode, scenario=scenario)
     if not video:
         return ["episode.mcap", "episode.png"]
     from thenar.hand.video import write_video

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from thenar.hand.slip import SLIP_FRACTION
+from thenar.hand.touch import VIBRATION_LIMIT
 from thenar.runtime.driver import Detector
 
 if TYPE_CHECKING:
@@ -101,7 +102,7 @@ def _dropped(hand: Hand) -> bool:
 
 def _shaken(i: int) -> Callable[[Hand], bool]:
     """The contact of a finger vibrates."""
-    return lambda hand: hand.touch.vibration[i] > hand.vibration_limit
+    return lambda hand: hand.touch.vibration[i] > VIBRATION_LIMIT
 
 
 def _tilted(i: int) -> Callable[[Hand], bool]:

@@ -11,7 +11,7 @@ from thenar.hand.hand import Hand
 from thenar.hand.scenarios import Disturbance
 from thenar.hand.sensing import SensorModel, check_finite
 from thenar.hand.skills import SKILLS
-from thenar.hand.world import CHANNELS, World
+from thenar.hand.world import CHANNELS, PERIOD_S, World
 from thenar.runtime.driver import Detector, Signal, Skill
 
 __all__ = ["COMMANDS", "HandDriver"]
@@ -25,18 +25,18 @@ class HandDriver:
     The hand gets readings and gives motor forces; no object that it can reach knows the world.
     """
 
-    period_s = 1e-3
+    period_s = PERIOD_S
 
     def __init__(self, world: World, sensors: SensorModel, hand: Hand, disturb: Disturbance | None = None) -> None:
         self.skills: Mapping[str, Skill] = {event: skill.plan for event, skill in SKILLS.items()}
         self.detectors: Mapping[str, Detector] = {event: d.plan for event, d in hand.detectors.items()}
-        self._world, self._sensors, self._hand, self._disturb = world, sensors, hand, disturb
+        self.world, self.hand, self._sensors, self._disturb = world, hand, sensors, disturb
         self._rows = np.empty((4096, len(CHANNELS) + len(COMMANDS)))
 
     @property
     def time_s(self) -> float:
         """Simulated time."""
-        return self._world.time_s
+        return self.world.time_s
 
     @property
     def recording(self) -> NDArray[np.float64]:
@@ -44,27 +44,27 @@ class HandDriver:
 
         A row for each period; a column for each channel, then each command.
         """
-        return self._rows[: self._world.ticks]
+        return self._rows[: self.world.ticks]
 
     def not_ready(self, event: str) -> str | None:
         """Return why the skill of ``event`` cannot start now."""
-        return self._hand.not_ready(event)
+        return self.hand.not_ready(event)
 
     def start(self, event: str) -> None:
         """Start the skill of ``event``."""
-        self._hand.start(event)
+        self.hand.start(event)
 
     def abort(self, event: str) -> None:
         """End the skill of ``event`` and stand still."""
-        self._hand.stop()
+        self.hand.stop()
 
     def stop(self) -> None:
         """Stand still, and hold what is held."""
-        self._hand.stop()
+        self.hand.stop()
 
     def tick(self) -> Sequence[Signal]:
         """Advance physics, sensors and hand by one period."""
-        world, hand = self._world, self._hand
+        world, hand = self.world, self.hand
         if self._disturb is not None:
             self._disturb(world, hand.doing)
         world.step()
@@ -82,7 +82,7 @@ class HandDriver:
 
     def _row(self) -> NDArray[np.float64]:
         """Return the row of this period, to be filled."""
-        row = self._world.ticks - 1
+        row = self.world.ticks - 1
         if row == len(self._rows):
             self._rows = np.concatenate([self._rows, np.empty_like(self._rows)])
         found: NDArray[np.float64] = self._rows[row]
@@ -90,15 +90,11 @@ class HandDriver:
 
     def heartbeat(self, event: str) -> float:
         """Return when the detector of ``event`` last looked."""
-        return self._hand.detectors[event].looked_s
-
-    def hang(self, event: str) -> None:
-        """Let the detector of ``event`` look no more: a fault, put in on purpose."""
-        self._hand.detectors[event].hangs = True
+        return self.hand.detectors[event].looked_s
 
     def snapshot(self) -> dict[str, float]:
         """Return what both fingers feel now."""
-        touch = self._hand.touch
+        touch = self.hand.touch
         felt = {
             "grip_n": touch.grip_n,
             "load_n": touch.load_n,
@@ -108,4 +104,4 @@ class HandDriver:
             "vibration": touch.vibration,
         }
         both = {f"{name}_{i + 1}": values[i] for name, values in felt.items() for i in (0, 1)}
-        return {**both, "slip_fraction": self._hand.slip.fraction}
+        return {**both, "slip_fraction": self.hand.slip.fraction}

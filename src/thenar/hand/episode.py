@@ -6,6 +6,7 @@ import random
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
+from importlib.metadata import version
 from typing import Any
 
 import numpy as np
@@ -24,13 +25,13 @@ from thenar.hand.world import CHANNELS, World
 from thenar.model.automaton import Automaton
 from thenar.model.supervisor import Supervisor
 from thenar.runtime.clock import Clock
-from thenar.runtime.driver import Driver
 from thenar.runtime.executor import execute
+from thenar.runtime.identity import identity
 from thenar.runtime.policy import Policy, policy_named
-from thenar.runtime.record import Entry, Sink
+from thenar.runtime.record import Entry, Sink, header
 from thenar.runtime.run import Run
 
-__all__ = ["PROCEDURES", "Episode", "block_of", "run_episode"]
+__all__ = ["PROCEDURES", "Episode", "block_of", "log_header", "make_driver", "run_episode"]
 
 PROCEDURES = ("dec_gripF*", "stiffness_EP*", "remote_makeC*")
 """What a run is to go through, in any order that the supervisor allows: both procedures, and the way back down."""
@@ -111,6 +112,61 @@ def block_of(scenario: Scenario, seed: int) -> Block:
     return scenario.block or Block.random(random.Random(seed))
 
 
+def log_header(
+    supervisor: Supervisor,
+    plant: Automaton,
+    task: str,
+    *,
+    variant: str,
+    seed: int,
+    scenario: str,
+    sensors: str,
+    policy: str,
+    hand: str,
+    fault: str = "",
+    **own: float,
+) -> Entry:
+    """Return the first line of an episode's log; ``own`` is what was said of the block."""
+    return header(
+        task,
+        variant=variant,
+        seed=seed,
+        events=supervisor.automaton.alphabet.names,
+        scenario=scenario,
+        sensors=sensors,
+        policy=policy,
+        hand=hand,
+        fault=fault,
+        **own,
+        supervisor=identity(supervisor, plant),
+        thenar=version("thenar"),
+    )
+
+
+def make_driver(
+    supervisor: Supervisor,
+    block: Block,
+    scenario: Scenario,
+    *,
+    sensors: str,
+    hand: str,
+    seed: int = 0,
+    fault: Fault | None = None,
+) -> HandDriver:
+    """Return a hand around ``block``, ready to be driven; raises as :func:`run_episode` does."""
+    built, quality = hand_named(hand), profile(sensors)
+    built.check(block, scenario.setup)
+    broken = fault is not None and fault.kind == "nan"
+    model = FaultySensors(quality, seed, fault.part) if fault is not None and broken else SensorModel(quality, seed)
+    events = frozenset(supervisor.automaton.alphabet.names)
+    brain = Hand(scenario.setup, built.compression_m, events, built.world.geometry)
+    world = scenario.world(block, built.world)
+    disturbance = scenario.disturbance() if scenario.disturbance else None
+    if fault is None or broken:
+        return HandDriver(world, model, brain, disturbance)
+    return FaultyDriver(world, model, brain, disturbance, fault)
+
+
 def run_episode(
     supervisor: Supervisor,
     plant: Automaton,
@@ -145,25 +201,17 @@ def run_episode(
     >>> episode.discrete_success, episode.physical_success, round(episode.estimates.mu.value, 2)
     (True, True, 0.5)
     """
-    built, block = hand_named(hand), block or block_of(scenario, seed)
-    built.check(block, scenario.setup)
-    model = SensorModel(profile(sensors), seed)
-    if fault is not None and fault.kind == "nan":
-        model = FaultySensors(model, fault.part)
-    events = frozenset(e.name for e in supervisor.automaton.alphabet)
-    brain = Hand(scenario.setup, built.compression_m, events, built.world.geometry)
-    world = scenario.world(block, built.world)
-    disturbance = scenario.disturbance() if scenario.disturbance else None
-    simulated = HandDriver(world, model, brain, disturbance)
-    driver: Driver = simulated if fault is None or fault.kind == "nan" else FaultyDriver(simulated, fault)
+    block = block or block_of(scenario, seed)
+    driver = make_driver(supervisor, block, scenario, sensors=sensors, hand=hand, seed=seed, fault=fault)
+    events = supervisor.automaton.alphabet
     goals = [event for event in through if event in events]
     chosen = policy_named(policy, supervisor, driver, seed=seed, through=goals) if isinstance(policy, str) else policy
-    simulated.tick()  # the sensors have been read once before anything is decided
+    driver.tick()  # the sensors have been read once before anything is decided
     begun = time.perf_counter()
     run = execute(
         supervisor, plant, driver, chosen, through=goals, clock=clock, log=log, on_entry=on_entry, on_tick=on_tick
     )
     wall_s = time.perf_counter() - begun
-    truth = scoring.truth(world)
+    truth = scoring.truth(driver.world)
     found = scoring.score(run, truth)
-    return Episode(run, block, brain.estimates, found, truth, simulated.recording, world, seed, wall_s)
+    return Episode(run, block, driver.hand.estimates, found, truth, driver.recording, driver.world, seed, wall_s)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,10 +12,12 @@ from numpy.typing import NDArray
 from thenar.errors import InputError, UnknownName
 from thenar.hand.detectors import DETECTORS
 from thenar.hand.driver import HandDriver
-from thenar.hand.sensing import SensorModel
+from thenar.hand.hand import Hand
+from thenar.hand.scenarios import Disturbance
+from thenar.hand.sensing import Profile, SensorModel
 from thenar.hand.skills import SKILLS
-from thenar.hand.world import CHANNELS
-from thenar.runtime.driver import Detector, Signal, Skill
+from thenar.hand.world import CHANNELS, PERIOD_S, World
+from thenar.runtime.driver import Signal
 
 __all__ = ["FAULTS", "Fault", "FaultyDriver", "FaultySensors", "fault"]
 
@@ -74,70 +76,39 @@ def fault(text: str) -> Fault:
 class FaultySensors(SensorModel):
     """A sensor model with one channel that reports no number any more."""
 
-    def __init__(self, sensors: SensorModel, channel: str) -> None:
-        self._whole, self._channel, self._reads = sensors, CHANNELS.index(channel), 0
+    def __init__(self, profile: Profile, seed: int, channel: str) -> None:
+        super().__init__(profile, seed)
+        self._channel, self._reads = CHANNELS.index(channel), 0
 
     def read(self, raw: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the readings, one of them not a number from FROM_S on."""
-        values = self._whole.read(raw)
+        values = super().read(raw)
         self._reads += 1
-        if self._reads * HandDriver.period_s >= FROM_S:
+        if self._reads * PERIOD_S >= FROM_S:
             values = values.copy()
             values[self._channel] = np.nan
         return values
 
 
-class FaultyDriver:
-    """A driver whose messages, or one of whose skills, are at fault."""
+class FaultyDriver(HandDriver):
+    """A driver whose messages, or one of whose skills or detectors, are at fault."""
 
-    def __init__(self, driver: HandDriver, fault: Fault) -> None:
-        self._driver, self._fault = driver, fault
-        self.skills: Mapping[str, Skill] = driver.skills
-        self.detectors: Mapping[str, Detector] = driver.detectors
-        self.period_s = driver.period_s
+    def __init__(
+        self, world: World, sensors: SensorModel, hand: Hand, disturb: Disturbance | None, fault: Fault
+    ) -> None:
+        super().__init__(world, sensors, hand, disturb)
+        self._fault = fault
         self._held: list[tuple[int, Signal]] = []
-        self._ticks = 0
         self._last_s = 0.0
-        self._silent_s: float | None = None
-
-    @property
-    def time_s(self) -> float:
-        """The driver's clock."""
-        return self._driver.time_s
-
-    def not_ready(self, event: str) -> str | None:
-        """As the driver."""
-        return self._driver.not_ready(event)
-
-    def start(self, event: str) -> None:
-        """As the driver."""
-        self._driver.start(event)
-
-    def abort(self, event: str) -> None:
-        """As the driver."""
-        self._driver.abort(event)
-
-    def stop(self) -> None:
-        """As the driver."""
-        self._driver.stop()
-
-    def snapshot(self) -> dict[str, float]:
-        """As the driver."""
-        return self._driver.snapshot()
 
     def tick(self) -> Sequence[Signal]:
         """Advance, and spoil what is delivered."""
-        self._ticks += 1
-        if self._fault.kind == "silent" and self._driver.time_s >= FROM_S:
-            self._driver.hang(self._fault.part)
-        signals = [s for signal in self._driver.tick() for s in self._spoilt(signal)]
-        signals += [signal for due, signal in self._held if due == self._ticks]
+        if self._fault.kind == "silent" and self.time_s >= FROM_S:
+            self.hand.detectors[self._fault.part].hangs = True
+        signals = [s for signal in super().tick() for s in self._spoilt(signal)]
+        signals += [signal for due, signal in self._held if due == self.world.ticks]
         self._last_s = max([self._last_s, *(s.time_s for s in signals)])
         return signals
-
-    def heartbeat(self, event: str) -> float:
-        """As the driver."""
-        return self._driver.heartbeat(event)
 
     def _spoilt(self, signal: Signal) -> Iterator[Signal]:
         kind = self._fault.kind
@@ -145,9 +116,9 @@ class FaultyDriver:
             yield signal
         elif kind == "double":
             yield signal
-            self._held.append((self._ticks + 1, signal))
+            self._held.append((self.world.ticks + 1, signal))
         elif kind == "late":
-            self._held.append((self._ticks + LATE_TICKS, signal))
+            self._held.append((self.world.ticks + LATE_TICKS, signal))
         elif kind == "unordered":
             yield Signal(signal.event, self._last_s - self.period_s, signal.number)
         # an endless skill delivers nothing

@@ -21,7 +21,6 @@ __all__ = ["Hand", "HandSetup"]
 
 PAD_SHEAR_STIFFNESS = 3.0e4  # N/m: seven elements side by side
 STUDY_MS = 8  # ms that elements go on sliding, and are averaged, once slip has been caught; then they stick again
-VIBRATION_LIMIT = 1.0  # m/s² rms: twenty times the noise
 HEARTBEAT_MS = 10
 
 
@@ -57,7 +56,6 @@ class Hand:
         self.slip = SlipSensor(self.touch)
         self.estimates = Estimates()
         self.detectors = {name: d for name, d in detectors().items() if name in events}
-        self.vibration_limit = VIBRATION_LIMIT
         self.in_contact = [False, False]
         self.doing: str | None = None
         self._routine: Iterator[None] | None = None
@@ -76,7 +74,7 @@ class Hand:
         if self._load_height is None:
             return 0.0
         stretched = self.held_load_n / (2 * PAD_SHEAR_STIFFNESS)
-        return (self.touch.height_m[0] + self.touch.height_m[1]) / 2 - self._load_height - stretched
+        return self.touch.mean_height_m - self._load_height - stretched
 
     @property
     def held_load_n(self) -> float:
@@ -94,7 +92,7 @@ class Hand:
     def begin_load(self) -> None:
         """Remember where the fingers were when they began to pull."""
         if self._load_height is None:
-            self._load_height = (self.touch.height_m[0] + self.touch.height_m[1]) / 2
+            self._load_height = self.touch.mean_height_m
 
     def lifted(self) -> None:
         """The object has left the table."""

@@ -6,13 +6,14 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from thenar.hand.world import PERIOD_S
+
 if TYPE_CHECKING:
     from thenar.hand.estimates import Mean
     from thenar.hand.hand import Hand
 
 __all__ = [
     "GRIP_RATE",
-    "PERIOD_S",
     "average",
     "come_to_rest",
     "grip_to",
@@ -25,7 +26,6 @@ __all__ = [
     "weigh",
 ]
 
-PERIOD_S = 1e-3
 GRIP_RATE = 20.0  # N/s
 REST_MS, REST_ROUNDS = 50, 40  # ms that a width is averaged over, and how often at most
 REST_M = 8e-6  # m between two such means: three times their noise

@@ -17,6 +17,7 @@ from thenar.hand.estimates import Estimate
 from thenar.hand.phases import phase_after
 from thenar.hand.skills import SKILLS
 from thenar.hand.slip import SLIP_FRACTION
+from thenar.hand.world import PERIOD_S
 from thenar.io.files import atomic_write
 from thenar.runtime.record import Entry
 
@@ -101,7 +102,7 @@ def figure(episode: Episode, *, scenario: str = "") -> Figure:
             hspace=0.06,
         )
         strip, band, *panels = (paper.add_subplot(grid[k]) for k in range(6))
-        end = max(episode.run.time_s, len(episode.recording) * 1e-3)
+        end = max(episode.run.time_s, len(episode.recording) * PERIOD_S)
         for axes in (strip, band, *panels):
             axes.set_xlim(0.0, end)
         for panel, draw in zip(panels, (_grip, _load, _height, _slip), strict=True):
@@ -241,7 +242,7 @@ def _columns(episode: Episode) -> tuple[dict[str, Floats], Floats]:
     """Return the channels by name, and their time."""
     recording = episode.recording
     time = np.linspace(
-        1e-3, len(recording) * 1e-3, len(recording)
+        PERIOD_S, len(recording) * PERIOD_S, len(recording)
     )  # a row is what was measured at the end of its period
     return dict(zip(episode.channels, recording.T, strict=True)), time
 

@@ -8,11 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thenar.errors import Fault, UnknownName
-from thenar.hand.world import CHANNELS
+from thenar.hand.world import CHANNELS, PERIOD_S
 
 __all__ = ["PROFILES", "Profile", "SensorModel", "profile"]
 
-PERIOD_S = 1e-3
 BLOCK = 512  # periods whose noise is drawn at once
 
 

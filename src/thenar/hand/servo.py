@@ -7,11 +7,10 @@ from numpy.typing import NDArray
 
 from thenar.hand.geometry import PLANAR, Geometry
 from thenar.hand.touch import Touch
-from thenar.hand.world import FINGER_DAMPING
+from thenar.hand.world import FINGER_DAMPING, PERIOD_S
 
 __all__ = ["Servo"]
 
-PERIOD_S = 1e-3
 CLOSING_STIFFNESS = 1500.0  # N/m
 LIFT_STIFFNESS = 2000.0  # N/m a finger: the load rises by this for each metre that the reference leads
 WRIST_STIFFNESS = 2.0  # Nm/rad: 0.7 of critical damping
@@ -51,7 +50,7 @@ class Servo:
     def carry(self) -> None:
         """Hold the centre of the grasp where it is: the object has left the table."""
         if not self.carrying:
-            self.carrying, self._carried_at_n, self.centre_m = True, self.grip_n, self._middle()
+            self.carrying, self._carried_at_n, self.centre_m = True, self.grip_n, self._touch.middle_m
 
     def set_down(self) -> None:
         """Hold the centre of the grasp no more: the object stands on the table."""
@@ -86,16 +85,13 @@ class Servo:
         """Stop every reference where it is."""
         self.closing_speed[:] = self.height_speed[:] = (0.0, 0.0)
 
-    def _middle(self) -> float:
-        return (self._touch.closing_m[0] - self._touch.closing_m[1]) / 2
-
     def drive(self, ctrl: NDArray[np.float64]) -> None:
         """Write the motor forces of this period into ``ctrl``."""
         touch = self._touch
         centring = 0.0
         if self.carrying:
             aim = self.centre_m + self.centre_per_n * (self.grip_n - self._carried_at_n)
-            centring = CENTRING * (aim - self._middle())
+            centring = CENTRING * (aim - touch.middle_m)
         forces = []
         for i, sign in ((0, 1.0), (1, -1.0)):
             if self.gripping:

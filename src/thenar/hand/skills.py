@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 from thenar.hand.estimates import Mean
 from thenar.hand.motions import (
     GRIP_RATE,
-    PERIOD_S,
     average,
     come_to_rest,
     grip_to,
@@ -26,7 +25,8 @@ from thenar.hand.motions import (
     weigh,
 )
 from thenar.hand.servo import CLOSING_STIFFNESS
-from thenar.hand.world import FACE
+from thenar.hand.touch import VIBRATION_LIMIT
+from thenar.hand.world import FACE, PERIOD_S
 from thenar.runtime.driver import Skill
 
 if TYPE_CHECKING:
@@ -136,7 +136,7 @@ def suppress_vibration(i: int) -> Routine:
     def run(hand: Hand) -> Iterator[None]:
         quiet = 0
         while quiet < 60:
-            quiet = quiet + 1 if hand.touch.vibration[i] < hand.vibration_limit else 0
+            quiet = quiet + 1 if hand.touch.vibration[i] < VIBRATION_LIMIT else 0
             yield
 
     return run
@@ -166,12 +166,12 @@ def apply_grip(hand: Hand) -> Iterator[None]:
     """Press from both sides; achieved when the first grip force is felt."""
     servo, touch = hand.servo, hand.touch
     yield from pause(0.05)
-    low, middle = servo.grip_n, (touch.closing_m[0] - touch.closing_m[1]) / 2
+    low, middle = servo.grip_n, touch.middle_m
     yield from grip_to(hand, FIRST_GRIP_N, 8.0)
     yield from pause(0.05)
     # the table holds the block, so that this is how unlike its two sides give way
     if servo.grip_n > low:
-        servo.centre_per_n = ((touch.closing_m[0] - touch.closing_m[1]) / 2 - middle) / (servo.grip_n - low)
+        servo.centre_per_n = (touch.middle_m - middle) / (servo.grip_n - low)
 
 
 def apply_load(hand: Hand) -> Iterator[None]:
@@ -201,7 +201,7 @@ def break_remote(hand: Hand) -> Iterator[None]:
     confirmed = 0
     while confirmed < 5:
         lift(hand, LIFT_SPEED * PERIOD_S)
-        window.append((hand.touch.height_m[0] + hand.touch.height_m[1]) / 2)
+        window.append(hand.touch.mean_height_m)
         if len(window) > 25:
             rise = window[-1] - window.pop(0)
             confirmed = confirmed + 1 if rise > 0.6 * LIFT_SPEED * 0.025 else 0
@@ -216,10 +216,9 @@ def decrease_grip(hand: Hand) -> Iterator[None]:
     servo = hand.servo
     yield from hold_clear(hand)
     hand.slip.arm()
-    while servo.grip_n > 0.1:
-        servo.grip_n *= 1 - GRIP_DECAY * PERIOD_S
-        yield
     while True:
+        if servo.grip_n > 0.1:
+            servo.grip_n *= 1 - GRIP_DECAY * PERIOD_S
         yield
 
 

@@ -7,14 +7,14 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from thenar.hand.world import CHANNELS, ELEMENTS
+from thenar.hand.world import CHANNELS, ELEMENTS, PERIOD_S
 
-__all__ = ["Touch"]
+__all__ = ["VIBRATION_LIMIT", "Touch"]
 
-PERIOD_S = 1e-3
 SMOOTHING_S = {"force": 6e-3, "acceleration": 0.0, "position": 1e-3, "pitch": 1e-3, "normal": 4e-3, "shear": 4e-3}
 VIBRATION_S = 40e-3  # s of memory of the vibration's strength
 CLOSING_S = 8e-3  # s of memory of the closing rate
+VIBRATION_LIMIT = 1.0  # m/s² rms that is no quiet contact: twenty times the noise
 LEVEL_S = 0.1  # s; what is slower than this is no vibration
 
 
@@ -113,6 +113,16 @@ class Touch:
         new = self._tare_sum / self.tared
         self._filtered += self._tare - new
         self._tare = new
+
+    @property
+    def middle_m(self) -> float:
+        """Return where the middle between both fingertips is, to the right of the expected one."""
+        return (self.closing_m[0] - self.closing_m[1]) / 2
+
+    @property
+    def mean_height_m(self) -> float:
+        """Return the mean height of both fingers."""
+        return (self.height_m[0] + self.height_m[1]) / 2
 
     @property
     def width_m(self) -> float:

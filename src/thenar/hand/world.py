@@ -21,12 +21,14 @@ __all__ = [
     "ELEMENT_STIFFNESS",
     "FACE",
     "HALF_HEIGHT",
+    "PERIOD_S",
     "World",
     "add_pad",
 ]
 
 STEP_S = 5e-4  # s; sqrt(k/m) dt of a pad element stays below 0.8
-STEPS = 2  # physics steps in a control period of 1 ms
+STEPS = 2  # physics steps in a control period
+PERIOD_S = STEPS * STEP_S  # s: of servo, sensors, skills and detectors
 ELEMENTS = 7
 ELEMENT_MASS = 2e-3  # kg
 ELEMENT_STIFFNESS = 4300.0  # N/m, normal and tangential
@@ -104,7 +106,7 @@ class World:
     @property
     def time_s(self) -> float:
         """Simulated time."""
-        return self.ticks * STEPS * STEP_S
+        return self.ticks * PERIOD_S
 
     def step(self) -> None:
         """Advance by one control period of 1 ms with the motors as ``ctrl`` says."""

@@ -17,21 +17,16 @@ from typing import Any
 
 from thenar import hand, runtime
 from thenar.errors import InputError
-from thenar.hand.calibration import compression_m
-from thenar.hand.driver import HandDriver
-from thenar.hand.episode import PROCEDURES, Episode, block_of, run_episode
+from thenar.hand.episode import PROCEDURES, Episode, block_of, log_header, make_driver, run_episode
 from thenar.hand.estimates import Estimate
-from thenar.hand.hand import Hand
 from thenar.hand.hands import hand_named
 from thenar.hand.objects import Block
 from thenar.hand.scenarios import scenario
-from thenar.hand.sensing import SensorModel, profile
 from thenar.model.automaton import Automaton
 from thenar.model.supervisor import Supervisor
 from thenar.runtime.binding import check_binding
-from thenar.runtime.identity import identity
 from thenar.runtime.policy import Policy, policy_named
-from thenar.runtime.record import LogWriter, header, read_log
+from thenar.runtime.record import LogWriter, read_log
 from thenar.runtime.replay import Replay, replay
 
 __all__ = ["MAX_EPISODES", "MAX_SEED", "Finished", "Lost", "Row", "Task", "episode_seed", "run_task", "versions"]
@@ -163,7 +158,8 @@ class Task:
             raise InputError("there is nothing to run: no supervisor exists for this problem")
         if names["policy"].strip().startswith("operator"):
             raise InputError("a campaign has nobody to ask; choose another policy than 'operator'")
-        driver = _driver(supervisor, names["scenario"], names["sensors"], names["hand"])
+        what = scenario(names["scenario"])
+        driver = make_driver(supervisor, what.block or Block(), what, sensors=names["sensors"], hand=names["hand"])
         alphabet = supervisor.automaton.alphabet
         check_binding(alphabet, driver)
         goals = [event for event in PROCEDURES if event in alphabet]
@@ -201,18 +197,16 @@ def run_task(task: Task, episode: int) -> Finished:
     if other := [f"{n} {here[n]}, not {wanted}" for n, wanted in task.versions.items() if here[n] != wanted]:
         raise InputError(f"a worker has {'; '.join(other)}: thenar changed after the campaign began; begin it anew")
     seed = episode_seed(task.seed, episode)
-    first = header(
+    first = log_header(
+        task.supervisor,
+        task.plant,
         task.task,
         variant=task.variant,
         seed=seed,
-        events=task.supervisor.automaton.alphabet.names,
         scenario=task.scenario,
         sensors=task.sensors,
         policy=task.policy,
         hand=task.hand,
-        fault="",
-        supervisor=identity(task.supervisor, task.plant),
-        thenar=task.versions["thenar"],
     )
     with tempfile.TemporaryDirectory(prefix="thenar-") as folder:
         path = Path(folder, "log.jsonl")
@@ -229,14 +223,6 @@ def run_task(task: Task, episode: int) -> Finished:
             )
         replayed = replay(read_log(path), task.supervisor, task.plant)
         return Finished(_row(episode, found, replayed, task), path.read_bytes())
-
-
-def _driver(supervisor: Supervisor, scenario_: str, sensors: str, hand_: str) -> HandDriver:
-    """Return a driver that is asked for its skills and detectors only."""
-    what, built, block = scenario(scenario_), hand_named(hand_), Block()
-    events = frozenset(supervisor.automaton.alphabet.names)
-    brain = Hand(what.setup, compression_m, events, built.world.geometry)
-    return HandDriver(what.world(block, built.world), SensorModel(profile(sensors), 0), brain)
 
 
 def _row(episode: int, found: Episode, replayed: Replay, task: Task) -> Row:
