@@ -54,17 +54,34 @@ if TYPE_CHECKING:
     from thenar.hand.episode import Episode, run_episode
     from thenar.hand.objects import Block
     from thenar.io import dumps, load, loads, save
+    from thenar.model.extended import (
+        Condition,
+        ExtendedAutomaton,
+        ExtendedProblem,
+        Variable,
+        disables,
+        invariant,
+        needs,
+    )
     from thenar.render import html, mermaid, svg, table
     from thenar.runtime.driver import Detector, Driver, Signal, Skill
     from thenar.runtime.executor import execute
     from thenar.runtime.record import Log, LogWriter, read_log
     from thenar.runtime.replay import Replay, replay
     from thenar.runtime.run import Run
+    from thenar.symbolic.guards import Guards, guards
+    from thenar.symbolic.synthesis import SymbolicSupervisor
     from thenar.synthesis.certificate import certificate
     from thenar.synthesis.verify import Verdict, verify
 
 # Imported when first used: import thenar pulls NumPy and the kernel only.
 _LATER = {
+    **dict.fromkeys(
+        ("Condition", "ExtendedAutomaton", "ExtendedProblem", "Variable", "disables", "invariant", "needs"),
+        "thenar.model.extended",
+    ),
+    **dict.fromkeys(("Guards", "guards"), "thenar.symbolic.guards"),
+    "SymbolicSupervisor": "thenar.symbolic.synthesis",
     **dict.fromkeys(("Campaign", "run_campaign"), "thenar.hand.campaign"),
     **dict.fromkeys(("Episode", "run_episode"), "thenar.hand.episode"),
     "Block": "thenar.hand.objects",
@@ -88,13 +105,17 @@ __all__ = [
     "Campaign",
     "CertificateError",
     "Check",
+    "Condition",
     "ControlPattern",
     "Detector",
     "Driver",
     "Episode",
     "Event",
     "Explanation",
+    "ExtendedAutomaton",
+    "ExtendedProblem",
     "Fault",
+    "Guards",
     "InputError",
     "LimitReached",
     "Limits",
@@ -111,10 +132,12 @@ __all__ = [
     "Status",
     "Step",
     "Supervisor",
+    "SymbolicSupervisor",
     "SynthesisResult",
     "ThenarError",
     "Trace",
     "UnknownName",
+    "Variable",
     "Verdict",
     "Violation",
     "certificate",
@@ -122,6 +145,7 @@ __all__ = [
     "complement",
     "condat",
     "coreachable",
+    "disables",
     "dumps",
     "execute",
     "explain",
@@ -129,7 +153,9 @@ __all__ = [
     "explain_empty",
     "explain_removed",
     "fit_to_run",
+    "guards",
     "html",
+    "invariant",
     "is_controllable",
     "is_isomorphic",
     "is_nonblocking",
@@ -141,6 +167,7 @@ __all__ = [
     "meet",
     "mermaid",
     "minimize",
+    "needs",
     "project",
     "random_trace",
     "reachable",

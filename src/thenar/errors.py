@@ -172,3 +172,24 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
     """Return ``"; did you mean 'x'?"`` for the known name nearest to ``name``, or the empty string."""
     near = get_close_matches(name, list(known), n=1, cutoff=0.6)
     return f"; did you mean {near[0]!r}?" if near else ""
+
+
+def about(count: int) -> str:
+    """Write ``count`` in full if it is short, else its first digits and its magnitude.
+
+    >>> about(28 ** 4), about(28 ** 300)
+    ('614,656', '1.40e434')
+    """
+    if count < 10**15:
+        return f"{count:,}"
+    digits = _decimal(count)
+    return f"{digits[0]}.{digits[1:3]}e{len(digits) - 1}"
+
+
+def _decimal(count: int) -> str:
+    """Return the digits of ``count``, of which there may be more than ``str`` is willing to write."""
+    pieces = []
+    while count:
+        count, piece = divmod(count, 10**4000)
+        pieces.append(f"{piece:04000d}" if count else str(piece))
+    return "".join(reversed(pieces))

@@ -130,9 +130,23 @@ def test_a_model_comes_through_a_pipe(run: Run) -> None:
 
 
 def test_a_limit_is_exit_code_3(run: Run) -> None:
-    done = run("synth", "transfer_line(5)", "--max-states", "1000")
+    done = run("synth", "transfer_line(5)", "--engine", "explicit", "--max-states", "1000")
     assert done.code == 3
     assert "stopped at the limit of 1,000 states" in done.err
+
+
+def test_a_large_problem_is_solved_by_diagrams(run: Run) -> None:
+    done = run("synth", "transfer_line(20)", "--guards")
+    assert done.code == 0
+    assert "8.77e28 states" in done.out
+    assert "symbolic engine" in done.out
+    assert "checked on the diagrams: controllable, nonblocking" in done.out
+    assert "L20_test if true" in done.out
+
+
+def test_guards_in_json(run: Run) -> None:
+    done = run("synth", "cat_and_mouse", "--guards", "--json")
+    assert json.loads(done.out)["guards"]["c3"] == "ROOM4.mouse"
 
 
 # -- certificates ----------------------------------------------------------------------------------------------
@@ -417,7 +431,7 @@ def test_wrong_arguments_are_exit_code_2_and_a_clear_word(run: Run, args: list[s
 
 
 def test_ctrl_c_ends_with_130_and_leaves_nothing(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "thenar.cli", "synth", "chain(24)", "-o", "out.toml"]
+    command = [sys.executable, "-m", "thenar.cli", "synth", "chain(24)", "--engine", "explicit", "-o", "out.toml"]
     with subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True) as process:
         statistics, deadline = Path(f"/proc/{process.pid}/statm"), time.monotonic() + 60
         while statistics.exists() and int(statistics.read_text().split()[1]) < 50_000 and time.monotonic() < deadline:

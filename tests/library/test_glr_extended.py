@@ -286,7 +286,7 @@ def test_a_model_text_names_the_variant(text: str) -> None:
         ("glr(extendd)", r"model 'glr\(extendd\)': unknown variant 'extendd'; did you mean 'extended'\?"),
         ("glr(2)", r"model 'glr\(2\)': unknown variant 2"),
         ("glr(timed)", "needs timed automata"),
-        ("glr(paper, 2)", "too many positional arguments"),
+        ("glr(extended, 2, 2)", "too many positional arguments"),
         ("dining(five)", "whole number of philosophers, at least 2, not 'five'"),
         ("dining(12345678901)", "no model has that many parts"),
     ],

@@ -9,6 +9,7 @@
 
 #include <optional>
 
+#include "bindings.hpp"
 #include "explore.hpp"
 #include "graph.hpp"
 
@@ -17,21 +18,6 @@ using namespace nb::literals;
 using namespace thenar;
 
 namespace {
-
-template <class T>
-using In = nb::ndarray<const T, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
-template <class T>
-using Out = nb::ndarray<nb::numpy, T, nb::ndim<1>>;
-template <class T>
-using Out2 = nb::ndarray<nb::numpy, const T, nb::ndim<2>>;
-
-// Hand a vector over to NumPy without a copy.
-template <class T>
-Out<T> give(std::vector<T>&& values) {
-  auto* owned = new std::vector<T>(std::move(values));
-  nb::capsule owner(owned, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
-  return Out<T>(owned->data(), {owned->size()}, owner);
-}
 
 // Show memory that `self` owns.
 template <class T>
@@ -78,6 +64,7 @@ std::unique_ptr<PyExploration> explore(std::vector<PyComponent> inputs, In<u8> u
 }  // namespace
 
 NB_MODULE(kernel, m) {
+  bind_symbolic(m);
   nb::set_leak_warnings(false);  // a result that a script still holds when it ends is no leak
   m.doc() = "Kernels over int arrays; see kernel.pyi.";
 
@@ -134,7 +121,10 @@ NB_MODULE(kernel, m) {
       .def_prop_ro("keys",
                    [](nb::handle_t<PyExploration> h) {
                      auto& x = *nb::cast<PyExploration&>(h).self;
-                     return Out2<u64>(x.keys(), {x.n_states(), x.layout().n_words}, h);
+                     const nb::dlpack::dtype word{static_cast<u8>(nb::dlpack::dtype_code::UInt),
+                                                  static_cast<u8>(x.key_bytes() * 8), 1};
+                     return nb::ndarray<nb::numpy, nb::ro, nb::ndim<2>>(x.keys(), {x.n_states(), x.layout().n_words}, h,
+                                                                        {}, word);
                    }, nb::rv_policy::automatic)
       .def_prop_ro("rank",
                    [](nb::handle_t<PyExploration> h) {

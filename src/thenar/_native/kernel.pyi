@@ -115,3 +115,100 @@ def project(
     NDArray[np.int64], NDArray[np.int32], NDArray[np.int32], NDArray[np.uint8], NDArray[np.int64], NDArray[np.int64]
 ]:
     """Offsets, events, targets, marked; member offsets and members of each subset."""
+
+class Set:
+    """A set of value vectors over the levels of a forest; level n is the top, level 1 the bottom."""
+
+    def __and__(self, other: Set) -> Set: ...
+    def __or__(self, other: Set) -> Set: ...
+    def __sub__(self, other: Set) -> Set: ...
+    def __invert__(self) -> Set: ...
+    def __bool__(self) -> bool: ...
+    def __eq__(self, other: object) -> bool: ...
+    def __hash__(self) -> int: ...
+    @property
+    def is_everything(self) -> bool: ...
+    @property
+    def n_nodes(self) -> int: ...
+    @property
+    def level(self) -> int: ...
+    def count(self) -> int:
+        """Size of the set over all levels, exactly."""
+
+    def support(self) -> list[int]:
+        """Levels that the set depends on, the top one first."""
+
+    def child(self, value: int) -> Set: ...
+    def simplify(self, care: Set) -> Set:
+        """A set with few nodes that agrees with this one within ``care``."""
+
+    def forget(self, levels: NDArray[np.uint8]) -> Set:
+        """The set with each level k for which ``levels[k]`` is not 0 free to take any value."""
+
+    def products(self, high: Set, limit: int) -> list[list[tuple[int, list[int]]]] | None:
+        """A sum of few products between this set and ``high``: lists of (level, values); None beyond ``limit``."""
+
+    def vectors(self, limit: int) -> NDArray[np.uint32]:
+        """At most ``limit`` members in lexicographic order, one after the other, top level first."""
+
+    def dump(self) -> tuple[NDArray[np.uint32], NDArray[np.uint32]]:
+        """Level of each node from the bottom up, and its children; 0 is nothing, 1 everything, 2 the first node."""
+
+class Saturation:
+    """A fixed set of relations, applied until nothing new is found."""
+
+    def __call__(self, start: Set, within: Set, ticker: Ticker) -> Set: ...
+
+class Forest:
+    """Decision diagrams over levels 1 .. len(sizes) with ``sizes[k - 1]`` values at level k.
+
+    Garbage is looked for from ``collect_at`` nodes on.  A relation is a number; 0 never happens, 1 changes
+    nothing; a level that it does not mention keeps its value.
+    """
+
+    def __init__(self, sizes: NDArray[np.uint32], max_bytes: int, cache_bytes: int, collect_at: int) -> None: ...
+    @property
+    def nothing(self) -> Set: ...
+    @property
+    def everything(self) -> Set: ...
+    @property
+    def n_nodes(self) -> int: ...
+    @property
+    def peak(self) -> int: ...
+    @property
+    def collections(self) -> int: ...
+    @property
+    def bytes(self) -> int: ...
+    def collect(self) -> None: ...
+    def literal(self, level: int, mask: NDArray[np.uint8]) -> Set: ...
+    def table(self, levels: Sequence[int], truth: NDArray[np.uint8]) -> Set:
+        """The set over ``levels`` (falling) with characteristic function ``truth`` in row-major order."""
+
+    def any_of(self, sets: Sequence[Set], ticker: Ticker) -> Set: ...
+    def all_of(self, sets: Sequence[Set], ticker: Ticker) -> Set: ...
+    def shift(self, level: int, source: NDArray[np.uint32], target: NDArray[np.uint32], next: int) -> int:
+        """The relation that takes ``source[k]`` to ``target[k]`` at ``level`` and does ``next`` below."""
+
+    def rows(self, levels: Sequence[int], before_after: NDArray[np.uint32]) -> int:
+        """The relation of the rows (before, after) of each of ``levels`` (falling), one row after the other."""
+
+    def join(self, a: int, b: int) -> int: ...
+    def either(self, a: int, b: int) -> int: ...
+    def restrict(self, relation: int, before: Set) -> int: ...
+    def inverse(self, relation: int) -> int: ...
+    def domain(self, relation: int) -> Set: ...
+    def image(self, set: Set, relation: int) -> Set: ...
+    def steps(self, set: Set, part: Set, relation: int) -> tuple[NDArray[np.uint32], NDArray[np.uint32]]:
+        """Sources and targets of the steps from ``part`` (of ``set``) to ``set``, numbered as ``set.vectors`` are."""
+
+    def saturation(self, relations: Sequence[int]) -> Saturation: ...
+
+def order(
+    n: int,
+    offsets: NDArray[np.int64],
+    members: NDArray[np.uint32],
+    method: str,
+    start: NDArray[np.uint32],
+    ticker: Ticker,
+) -> tuple[NDArray[np.uint32], float, float]:
+    """An order of n vertices with little distance within each edge; total span, weighted span."""

@@ -63,7 +63,7 @@ def make_limits(max_states: int | None, max_seconds: float | None, max_bytes: in
 def load_problem(names: tuple[str, ...]) -> Problem:
     """Load library models and files; several are composed into one problem."""
     from thenar import io, library
-    from thenar.model.problem import compose
+    from thenar.model.problem import Problem, compose
 
     files = [n for n in names if _is_file(n, library.MODELS)]
     problems = []
@@ -78,7 +78,13 @@ def load_problem(names: tuple[str, ...]) -> Problem:
                     f"no file and no library model is called {name!r}{near}; library models: {known}"
                 ) from None
         elif name == files[0]:  # files share their events, so they are read together
-            problems.append(io.load(*files))
+            loaded = io.load(*files)
+            if not isinstance(loaded, Problem):
+                raise InputError(
+                    f"{name}: the commands do not take models with variables and conditions yet; "
+                    "in Python, thenar.synthesize(thenar.load(FILE)) does"
+                )
+            problems.append(loaded)
     return compose(problems)
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from thenar.cli.common import as_json, limits, load_problem, make_limits, models, print_json, progress, say
+from thenar.cli.large import report_symbolic
 from thenar.errors import InputError
 
 if TYPE_CHECKING:
@@ -23,12 +24,23 @@ PROPERTIES = ("controllable", "nonblocking", "nonconflicting", "solvable")
 @click.command()
 @models
 @click.option("-o", "--output", metavar="OUT", help="Write the supervisor to OUT (.toml or .json).")
-@click.option("--engine", default="auto", show_default=True, metavar="E", help="Engine to use: auto or explicit.")
+@click.option(
+    "--engine", default="auto", show_default=True, metavar="E", help="Engine to use: auto, explicit or symbolic."
+)
+@click.option("--order", default="auto", show_default=True, metavar="O", help="Order of the symbolic engine's levels.")
+@click.option("--guards", "guards_", is_flag=True, help="Print a guard for each controllable event.")
 @click.option("--certificate", "certificate_", metavar="FILE", help="Write the evidence, for 'thenar verify FILE'.")
 @limits
 @as_json
 def synth(
-    model: tuple[str, ...], output: str | None, engine: str, certificate_: str | None, json_: bool, **bounds: Any
+    model: tuple[str, ...],
+    output: str | None,
+    engine: str,
+    order: str,
+    guards_: bool,
+    certificate_: str | None,
+    json_: bool,
+    **bounds: Any,
 ) -> None:
     """Synthesise the largest controllable, nonblocking supervisor.
 
@@ -43,7 +55,18 @@ def synth(
     problem = load_problem(model)
     _check_outputs(model, output, certificate_)
     with progress() as show:
-        result = synthesize(problem, engine, limits=make_limits(**bounds), progress=show)
+        chosen = "symbolic" if guards_ and engine == "auto" else engine
+        result = synthesize(problem, chosen, order=order, limits=make_limits(**bounds), progress=show)
+        if result.symbolic is not None:
+            if output is not None and result:
+                io.atomic_write(output, io.dumps(result.supervisor.automaton, io.format_by_ending(output)))
+            if certificate_ is not None:
+                io.atomic_write(certificate_, certificate(result))
+            if not report_symbolic(result, result.symbolic, output, guards=guards_, as_json=json_):
+                raise click.exceptions.Exit(1)
+            return
+        if guards_:
+            raise InputError("guards come from the symbolic engine; leave out --engine explicit")
         supervisor = result.supervisor.automaton
         # not taken on trust: checked again on the result, as the properties of any automaton are
         controllable = bool(is_controllable(supervisor, problem.plants, progress=show))

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import pairwise
+from math import prod
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from thenar.errors import InputError, counted, did_you_mean
+from thenar.errors import InputError, LimitReached, about, counted, did_you_mean
 from thenar.explicit.exploration import Exploration, Extract, ticker
 from thenar.model.automaton import Automaton
 from thenar.model.display import Displayable
@@ -19,11 +21,17 @@ from thenar.model.problem import Problem
 from thenar.model.supervisor import Supervisor
 
 if TYPE_CHECKING:
+    from thenar.model.extended import ExtendedProblem
+    from thenar.symbolic.synthesis import SymbolicSupervisor
     from thenar.synthesis.explain import Explanation
 
 __all__ = ["ENGINES", "Size", "SynthesisResult", "synthesize"]
 
-ENGINES = ("explicit",)
+ENGINES = ("explicit", "symbolic")
+SURELY_SMALL = 1_000_000  # states of the product: milliseconds of exploration, not worth a thought
+LISTED = 4_000_000  # states that engine "auto" lists one by one: about a second, and explanations are at hand
+TRIED_BYTES = 1 << 30  # memory that engine "auto" gives to counting them
+UNFOLDED = 2_000_000  # states of a symbolic supervisor that are listed when someone wants them one by one
 
 
 class Size(NamedTuple):
@@ -41,11 +49,11 @@ class Size(NamedTuple):
 class SynthesisResult(Displayable):
     """What :func:`synthesize` found: true exactly if a supervisor exists.
 
-    * ``supervisor``: the largest one; empty if none exists, and then ``reason`` says why
     * ``engine``, ``engine_reason``: which engine ran, and why that one
     * ``timings``: wall seconds of each phase
-    * ``evidence``: the explored product with the rank and reason of every removed state; None where an
-      automaton is empty, and there is nothing to explore
+    * ``evidence``: of the explicit engine, the explored product with the rank and reason of every removed
+      state; None where an automaton is empty, and there is nothing to explore
+    * ``symbolic``: of the symbolic engine, the supervisor as sets of states
 
     >>> from thenar.library.classics import cat_and_mouse
     >>> result = synthesize(cat_and_mouse())
@@ -53,30 +61,49 @@ class SynthesisResult(Displayable):
     (True, Size(states=6, transitions=9), None)
     """
 
-    problem: Problem
-    supervisor: Supervisor
+    problem: Problem | ExtendedProblem
     engine: str
     engine_reason: str
     timings: Mapping[str, float]
-    evidence: Exploration | None
-    extract: Extract | None
+    evidence: Exploration | None = None
+    extract: Extract | None = None
+    symbolic: SymbolicSupervisor | None = field(default=None)
 
     def __bool__(self) -> bool:
-        return not self.supervisor.is_empty
+        return not (self.supervisor if self.symbolic is None else self.symbolic).is_empty
 
     @property
     def seconds(self) -> float:
         """Wall seconds of the whole synthesis."""
         return sum(self.timings.values())
 
-    @property
-    def size(self) -> Size:
-        """States and transitions of the supervisor."""
-        return Size(self.supervisor.n_states, self.supervisor.n_transitions)
+    @cached_property
+    def supervisor(self) -> Supervisor:
+        """The largest supervisor, state by state; empty if none exists, and then ``reason`` says why.
 
-    @property
+        Raises LimitReached for a symbolic one of more than 2 000 000 states.
+        """
+        if self.symbolic is not None:
+            if self.symbolic.n_states > UNFOLDED:
+                raise LimitReached("states", UNFOLDED, self.symbolic.n_states, 0)
+            from thenar.synthesis.unfold import unfold
+
+            return unfold(self.symbolic)
+        if self.extract is None:
+            return Supervisor(Automaton.empty(self.problem.alphabet), np.zeros(1, np.int64), np.zeros(0, np.int32))
+        return Supervisor(self.extract.automaton, self.extract.disabled_offsets, self.extract.disabled)
+
+    @cached_property
+    def size(self) -> Size:
+        """States and transitions of the supervisor, exactly."""
+        found = self.supervisor if self.symbolic is None else self.symbolic
+        return Size(found.n_states, found.n_transitions)
+
+    @cached_property
     def explored(self) -> Size:
-        """States and transitions of the product that were looked at."""
+        """States and transitions of the product that were looked at; the symbolic engine counts states only."""
+        if self.symbolic is not None:
+            return Size(self.symbolic.reachable.count(), 0)
         return Size(self.evidence.n_states, self.evidence.native.n_transitions) if self.evidence else Size(0, 0)
 
     @cached_property
@@ -90,14 +117,17 @@ class SynthesisResult(Displayable):
         title = f"SynthesisResult {self.problem.name!r}" if self.problem.name else "SynthesisResult"
         if not self:
             return f"{title}: no supervisor exists"
+        if self.symbolic is not None:
+            return f"{title}: {about(self.size.states)} states, of {about(self.explored.states)} reachable (symbolic)"
         sizes = f"{counted(self.size.states, 'state')}, {counted(self.size.transitions, 'transition')}"
         return f"{title}: {sizes}, of {self.explored.states:,} explored ({self.engine})"
 
 
 def synthesize(
-    problem: Problem,
+    problem: Problem | ExtendedProblem,
     engine: str = "auto",
     *,
+    order: str | Sequence[str] = "auto",
     limits: Limits | None = None,
     progress: Progress | None = None,
 ) -> SynthesisResult:
@@ -108,25 +138,72 @@ def synthesize(
     from which an uncontrollable event leads to a removed state, and those from which no marked state can be
     reached.  It exists exactly if the initial state survives.   [Ramadge and Wonham 1987]
 
-    ``engine`` is ``"auto"`` or ``"explicit"``; ``progress(states, transitions)`` is called a few times a
-    second.  Time as for :func:`supcon`; memory some 40 bytes a state and 4 a transition of the product.  Raises
+    * ``"explicit"`` lists the states: time as for :func:`supcon`; memory some 40 bytes a state and 4 a transition
+      of the product; explanations and certificates come from its evidence
+    * ``"symbolic"`` works on sets of states: time and memory depend on how well the parts can be told apart, not
+      on the number of states; ``order`` lists the parts from the top level of the diagrams, or says how to order them
+    * ``"auto"`` takes the first for up to four million states, else the second, and says why
+
+    ``progress(states, transitions)`` is called a few times a second; of diagrams it gets nodes and steps.  Raises
     InputError for an unknown engine and LimitReached at one of ``limits``; can be interrupted.
 
-    >>> from thenar.library.classics import small_factory
+    >>> from thenar.library.classics import small_factory, transfer_line
     >>> result = synthesize(small_factory())
     >>> result.supervisor
     Supervisor: 12 states, 25 transitions, 6 disablements
     >>> print(result.supervisor.pattern(0))
     enabled: start_1; disabled: start_2
+    >>> many = synthesize(transfer_line(20))
+    >>> many.engine, many.size.states == 28 ** 20
+    ('symbolic', True)
     """
     if engine not in ("auto", *ENGINES):
         valid = ", ".join(("auto", *ENGINES))
         raise InputError(f"unknown engine {engine!r}{did_you_mean(engine, ENGINES)}; there are: {valid}")
-    why = "the only engine there is" if engine == "auto" else "asked for"
-    empty = [a.name for a in problem.automata if a.is_empty]
-    if empty:
-        nothing = Supervisor(Automaton.empty(problem.alphabet), np.zeros(1, np.int64), np.zeros(0, np.int32))
-        return SynthesisResult(problem, nothing, "explicit", why, {}, None, None)
+    if isinstance(problem, Problem) and any(a.is_empty for a in problem.automata):
+        return SynthesisResult(problem, "explicit", "an automaton has no states", {})
+    if not isinstance(problem, Problem):
+        if engine == "explicit":
+            raise InputError("the explicit engine does not take variables and conditions; ask for engine 'symbolic'")
+        return _symbolic(problem, "the problem has variables or conditions", order, limits, progress)
+    if engine == "explicit":
+        return _explicit(problem, "asked for", limits, progress)
+    if engine == "symbolic":
+        return _symbolic(problem, "asked for", order, limits, progress)
+    most = prod(a.n_states for a in problem.automata)
+    if most <= SURELY_SMALL:
+        return _explicit(problem, f"the product has at most {most:,} states", limits, progress)
+    return _counted(problem, order, limits, progress)
+
+
+def _counted(
+    problem: Problem, order: str | Sequence[str], limits: Limits | None, progress: Progress | None
+) -> SynthesisResult:
+    """Count the states first: diagrams mostly do that in no time; then take the engine that suits the number."""
+    from thenar.symbolic.encode import Encoding
+    from thenar.symbolic.synthesis import reach, supremal
+
+    bounds = limits or Limits()
+    tried = replace(bounds, bytes=TRIED_BYTES if bounds.bytes is None else min(bounds.bytes, TRIED_BYTES))
+    start = time.perf_counter()
+    try:
+        encoding = Encoding(problem, ticker(tried, progress), order=order, limits=tried)
+        encoded = time.perf_counter()
+        reachable = reach(encoding)
+    except LimitReached as reached:
+        if reached.limit != "bytes":
+            raise
+        return _explicit(problem, f"diagrams take more than {TRIED_BYTES >> 20} MiB", limits, progress)
+    n = reachable.count()
+    why = f"the product has {about(n)} reachable states"
+    if n <= LISTED:
+        return _explicit(problem, why, limits, progress)
+    supervisor = supremal(encoding, reachable)
+    clock = (start, encoded, time.perf_counter())
+    return SynthesisResult(problem, "symbolic", why, _phases(("encode", "saturate"), clock), symbolic=supervisor)
+
+
+def _explicit(problem: Problem, why: str, limits: Limits | None, progress: Progress | None) -> SynthesisResult:
     clock = [time.perf_counter()]
     tick = ticker(limits, progress)
     evidence = Exploration(problem.plants, problem.specs, problem.alphabet, tick)
@@ -134,8 +211,29 @@ def synthesize(
     evidence.native.fixpoint(tick)
     clock.append(time.perf_counter())
     extract = evidence.extract("supC", tick)
-    supervisor = Supervisor(extract.automaton, extract.disabled_offsets, extract.disabled)
     clock.append(time.perf_counter())
-    phases = ("explore", "fixpoint", "extract")
-    timings = {phase: end - start for phase, start, end in zip(phases, clock, clock[1:], strict=False)}
-    return SynthesisResult(problem, supervisor, "explicit", why, timings, evidence, extract)
+    return SynthesisResult(
+        problem, "explicit", why, _phases(("explore", "fixpoint", "extract"), clock), evidence, extract
+    )
+
+
+def _symbolic(
+    problem: Problem | ExtendedProblem,
+    why: str,
+    order: str | Sequence[str],
+    limits: Limits | None,
+    progress: Progress | None,
+) -> SynthesisResult:
+    from thenar.symbolic.encode import Encoding
+    from thenar.symbolic.synthesis import reach, supremal
+
+    clock = [time.perf_counter()]
+    encoding = Encoding(problem, ticker(limits, progress), order=order, limits=limits)
+    clock.append(time.perf_counter())
+    supervisor = supremal(encoding, reach(encoding))
+    clock.append(time.perf_counter())
+    return SynthesisResult(problem, "symbolic", why, _phases(("encode", "saturate"), clock), symbolic=supervisor)
+
+
+def _phases(names: Sequence[str], clock: Sequence[float]) -> dict[str, float]:
+    return {name: end - start for name, (start, end) in zip(names, pairwise(clock), strict=True)}

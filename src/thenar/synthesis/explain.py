@@ -189,7 +189,7 @@ def explain_empty(result: SynthesisResult) -> Explanation:
     """
     if result:
         raise InputError("a supervisor exists; ask explain_disabled about its decisions")
-    problem = result.problem
+    problem = _problem(result)
     lead = "No supervisor exists: "
     empty = tuple(a.name for a in problem.automata if a.is_empty)
     if empty:
@@ -330,24 +330,24 @@ def _minimal_conflict(result: SynthesisResult) -> tuple[SynthesisResult, bool]:
     Specifications that the proof in the evidence does not need go first; then one after the other is tried.
     """
     budget = max(_evidence(result).n_states, MIN_BUDGET)
-    core, minimal = result, True
+    whole, core, minimal = _problem(result), result, True
 
     def attempt(specs: Sequence[Automaton]) -> SynthesisResult | None:
         nonlocal budget
-        problem = Problem(result.problem.plants, specs, alphabet=result.problem.alphabet)
+        problem = Problem(whole.plants, specs, alphabet=whole.alphabet)
         try:
-            trial = synthesize(problem, limits=Limits(states=budget))
+            trial = synthesize(problem, "explicit", limits=Limits(states=budget))
         except LimitReached:
             return None
         budget = max(budget - _evidence(trial).n_states, 1)
         return trial
 
-    in_proof = _evidence(result).native.conflict(ticker())[len(result.problem.plants) :]
+    in_proof = _evidence(result).native.conflict(ticker())[len(whole.plants) :]
     if not in_proof.all():
-        trial = attempt([s for s, is_needed in zip(result.problem.specs, in_proof, strict=True) if is_needed])
+        trial = attempt([s for s, is_needed in zip(whole.specs, in_proof, strict=True) if is_needed])
         core, minimal = (core, False) if trial is None else (trial, True)
-    for spec in reversed(core.problem.specs):
-        trial = attempt([s for s in core.problem.specs if s is not spec])
+    for spec in reversed(_problem(core).specs):
+        trial = attempt([s for s in _problem(core).specs if s is not spec])
         if trial is None:
             minimal = False
         elif not trial:
@@ -356,9 +356,17 @@ def _minimal_conflict(result: SynthesisResult) -> tuple[SynthesisResult, bool]:
 
 
 def _evidence(result: SynthesisResult) -> Exploration:
+    if result.symbolic is not None:
+        raise InputError("an explanation needs the evidence of the explicit engine: synthesize(problem, 'explicit')")
     if result.evidence is None:
         raise InputError("nothing was explored: an automaton of the problem has no states")
     return result.evidence
+
+
+def _problem(result: SynthesisResult) -> Problem:
+    if not isinstance(result.problem, Problem):
+        raise InputError("problems with variables or conditions are not explained yet")
+    return result.problem
 
 
 def _trace(result: SynthesisResult, after: Iterable[str] | str | None, state: int | None) -> Trace:

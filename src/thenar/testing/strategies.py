@@ -18,10 +18,11 @@ from hypothesis import strategies as st
 
 from thenar.model.automaton import Automaton
 from thenar.model.events import Alphabet
+from thenar.model.extended import ExtendedProblem
 from thenar.model.problem import Problem
-from thenar.testing.random_models import numbered_alphabet, problem_by_chance, random_automaton
+from thenar.testing.random_models import extended_by_chance, numbered_alphabet, problem_by_chance, random_automaton
 
-__all__ = ["alphabets", "automata", "problems"]
+__all__ = ["alphabets", "automata", "extended_problems", "problems"]
 
 
 class _Tape(Random):
@@ -80,3 +81,21 @@ def problems(
     plants = draw(st.lists(_TAPES, min_size=1, max_size=max_plants))
     specs = draw(st.lists(_TAPES, max_size=max_specs))
     return problem_by_chance(alphabet, plants, specs, max_states=max_states)
+
+
+@st.composite
+def extended_problems(
+    draw: st.DrawFn,
+    *,
+    max_events: int = 6,
+    max_plants: int = 3,
+    max_specs: int = 2,
+    max_variables: int = 2,
+    max_states: int = 4,
+) -> ExtendedProblem:
+    """Control problems like those of :func:`~thenar.testing.random_models.random_extended_problem`, but plainer."""
+    alphabet = draw(alphabets(min_events=(max_events + 1) // 2, max_events=max_events))
+    plants = draw(st.lists(_TAPES, min_size=1, max_size=max_plants))
+    specs = draw(st.lists(_TAPES, max_size=max_specs))
+    extension = draw(st.binary(max_size=200).map(_Tape))
+    return extended_by_chance(alphabet, plants, specs, extension, max_variables=max_variables, max_states=max_states)

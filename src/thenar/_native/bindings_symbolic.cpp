@@ -1,0 +1,272 @@
+// Decision diagrams as Python sees them. Long operations run on a thread with a stack deep enough for any number of
+// levels, while the calling thread looks out for Ctrl-C and reports progress.
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/operators.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/shared_ptr.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+#include <pthread.h>
+
+#include <atomic>
+#include <condition_variable>
+#include <exception>
+#include <mutex>
+
+#include "bindings.hpp"
+#include "order.hpp"
+#include "saturation.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+using namespace thenar;
+
+namespace {
+
+struct Cancelled {};
+
+// Run `work` and wait for it; throws what it throws, or what the ticker throws meanwhile.
+void on_deep_stack(Forest& forest, Ticker& ticker, const std::function<void()>& work) {
+  struct Shared {
+    const std::function<void()>& work;
+    std::mutex mutex;
+    std::condition_variable done_changed;
+    bool done = false;
+    std::exception_ptr error;
+    std::atomic<bool> cancel = false;
+    std::atomic<u64> nodes = 0, steps = 0;
+  } shared{work};
+  Ticker inner({}, [&](u64 nodes, u64 steps) {
+    shared.nodes = nodes;
+    shared.steps = steps;
+    if (shared.cancel) throw Cancelled();
+  });
+  forest.ticker = &inner;
+  pthread_attr_t attributes;
+  pthread_attr_init(&attributes);
+  // Two frames a level and more, each below a kilobyte; memory that is not touched costs nothing.
+  pthread_attr_setstacksize(&attributes, (u64{16} << 20) + u64{8192} * forest.n_levels());
+  pthread_t thread;
+  auto run = [](void* argument) -> void* {
+    auto& s = *static_cast<Shared*>(argument);
+    try {
+      s.work();
+    } catch (...) {
+      s.error = std::current_exception();
+    }
+    std::lock_guard lock(s.mutex);
+    s.done = true;
+    s.done_changed.notify_one();
+    return nullptr;
+  };
+  {
+    nb::gil_scoped_release free;
+    if (pthread_create(&thread, &attributes, run, &shared)) {
+      forest.ticker = nullptr;
+      throw std::bad_alloc();
+    }
+    std::exception_ptr stopped;
+    std::unique_lock lock(shared.mutex);
+    while (!shared.done_changed.wait_for(lock, std::chrono::milliseconds(50), [&] { return shared.done; })) {
+      if (stopped) continue;
+      lock.unlock();
+      try {
+        ticker.tick(1 << 20, shared.nodes, shared.steps);
+      } catch (...) {
+        stopped = std::current_exception();
+        shared.cancel = true;
+      }
+      lock.lock();
+    }
+    lock.unlock();
+    pthread_join(thread, nullptr);
+    forest.ticker = nullptr;
+    if (stopped || shared.error) {
+      forest.stack().clear();
+      std::rethrow_exception(stopped ? stopped : shared.error);
+    }
+  }
+  pthread_attr_destroy(&attributes);
+}
+
+using Shared = std::shared_ptr<Forest>;
+
+// A set that Python holds.
+class Set {
+ public:
+  Set(Shared forest, Node node) : forest(std::move(forest)), node(node) { this->forest->hold(node); }
+  Set(const Set& other) : Set(other.forest, other.node) {}
+  Set& operator=(const Set&) = delete;
+  ~Set() { forest->drop(node); }
+  Shared forest;
+  Node node;
+};
+
+Node same(const Set& a, const Set& b) {
+  if (a.forest != b.forest) throw nb::value_error("sets over different variables");
+  return b.node;
+}
+
+void tidy(Forest& f) {
+  if (f.collection_is_due()) f.collect();
+}
+
+// The union or intersection of many sets, the lowest first, so that each is walked through about once.
+template <class F>
+Node fold(Forest& f, std::vector<Node> nodes, Node nothing_to_fold, F combine) {
+  std::stable_sort(nodes.begin(), nodes.end(), [&](Node a, Node b) { return f.level(a) < f.level(b); });
+  Node all = nothing_to_fold;
+  for (Node n : nodes) all = combine(all, n);
+  return all;
+}
+
+std::vector<Node> nodes_of(const Shared& f, const std::vector<const Set*>& sets) {
+  std::vector<Node> nodes;
+  for (const Set* s : sets) {
+    if (s->forest != f) throw nb::value_error("sets over different variables");
+    nodes.push_back(s->node);
+  }
+  return nodes;
+}
+
+nb::object whole_number(const std::vector<u64>& words) {
+  nb::bytes raw(reinterpret_cast<const char*>(words.data()), words.size() * sizeof(u64));
+  return nb::module_::import_("builtins").attr("int").attr("from_bytes")(raw, "little");
+}
+
+template <class T>
+const T* begin_of(const In<T>& a) { return a.data(); }
+
+struct PySaturation {
+  Shared forest;
+  std::unique_ptr<Saturation> self;
+};
+
+Hypergraph hypergraph(u32 n, In<i64> offsets, In<u32> members) {
+  Hypergraph g{n, {offsets.data(), offsets.data() + offsets.shape(0)}, {members.data(), members.data() + members.shape(0)}};
+  return g;
+}
+
+}  // namespace
+
+void bind_symbolic(nb::module_& m) {
+  nb::class_<Set>(m, "Set")
+      .def("__and__", [](const Set& a, const Set& b) { tidy(*a.forest); return Set(a.forest, a.forest->intersect(a.node, same(a, b))); })
+      .def("__or__", [](const Set& a, const Set& b) { tidy(*a.forest); return Set(a.forest, a.forest->unite(a.node, same(a, b))); })
+      .def("__sub__", [](const Set& a, const Set& b) { tidy(*a.forest); return Set(a.forest, a.forest->subtract(a.node, same(a, b))); })
+      .def("__invert__", [](const Set& a) { tidy(*a.forest); return Set(a.forest, a.forest->subtract(kEverything, a.node)); })
+      .def("__bool__", [](const Set& a) { return a.node != kNothing; })
+      .def("__eq__", [](const Set& a, const Set& b) { return a.node == same(a, b); })
+      .def("__hash__", [](const Set& a) { return a.node; })
+      .def_prop_ro("is_everything", [](const Set& a) { return a.node == kEverything; })
+      .def_prop_ro("n_nodes", [](const Set& a) { return a.forest->n_nodes(a.node); })
+      .def_prop_ro("level", [](const Set& a) { return a.forest->level(a.node); })
+      .def("count", [](const Set& a) { return whole_number(a.forest->count(a.node)); })
+      .def("support", [](const Set& a) { return a.forest->support(a.node); })
+      .def("child", [](const Set& a, u32 value) {
+        const u32 level = a.forest->level(a.node);
+        return level ? Set(a.forest, a.forest->child(a.node, level, value)) : a;
+      }, "value"_a)
+      .def("simplify", [](const Set& a, const Set& care) { tidy(*a.forest); return Set(a.forest, a.forest->simplify(a.node, same(a, care))); },
+           "care"_a)
+      .def("forget", [](const Set& a, In<u8> levels) {
+        tidy(*a.forest);
+        return Set(a.forest, a.forest->forget(a.node, {levels.data(), levels.data() + levels.shape(0)}));
+      }, "levels"_a)
+      .def("products", [](const Set& low, const Set& high, u64 limit) -> std::optional<std::vector<std::vector<std::pair<u32, std::vector<u32>>>>> {
+        tidy(*low.forest);
+        std::vector<Forest::Product> found;
+        if (!low.forest->products(low.node, same(low, high), limit, found)) return {};
+        std::vector<std::vector<std::pair<u32, std::vector<u32>>>> out;
+        for (const auto& product : found) {
+          auto& row = out.emplace_back();
+          for (const auto& literal : product) row.emplace_back(literal.level, literal.values);
+        }
+        return out;
+      }, "high"_a, "limit"_a)
+      .def("vectors", [](const Set& a, u64 limit) { return give(a.forest->vectors(a.node, limit)); }, "limit"_a)
+      .def("dump", [](const Set& a) {
+        std::vector<u32> levels, kids = a.forest->dump(a.node, levels);
+        return nb::make_tuple(give(std::move(levels)), give(std::move(kids)));
+      });
+
+  nb::class_<PySaturation>(m, "Saturation")
+      .def("__call__", [](PySaturation& s, const Set& start, const Set& within, Ticker& ticker) {
+        Node found = kNothing;
+        tidy(*s.forest);
+        on_deep_stack(*s.forest, ticker, [&] { found = (*s.self)(start.node, within.node); });
+        return Set(s.forest, found);
+      }, "start"_a, "within"_a, "ticker"_a);
+
+  nb::class_<Forest>(m, "Forest")
+      .def(nb::new_([](In<u32> sizes, u64 max_bytes, u64 cache_bytes, u64 collect_at) {
+        std::vector<u32> values(sizes.data(), sizes.data() + sizes.shape(0));
+        return std::make_shared<Forest>(std::move(values), max_bytes, cache_bytes, collect_at);
+      }), "sizes"_a, "max_bytes"_a, "cache_bytes"_a, "collect_at"_a)
+      .def_prop_ro("nothing", [](const Shared& f) { return Set(f, kNothing); })
+      .def_prop_ro("everything", [](const Shared& f) { return Set(f, kEverything); })
+      .def_prop_ro("n_nodes", [](const Shared& f) { return f->n_alive(); })
+      .def_prop_ro("peak", [](const Shared& f) { return f->n_peak(); })
+      .def_prop_ro("collections", [](const Shared& f) { return f->n_collections(); })
+      .def_prop_ro("bytes", [](const Shared& f) { return f->bytes(); })
+      .def("collect", [](const Shared& f) { f->collect(); })
+      .def("literal", [](const Shared& f, u32 level, In<u8> mask) { return Set(f, f->literal(level, mask.data())); },
+           "level"_a, "mask"_a)
+      .def("table", [](const Shared& f, const std::vector<u32>& levels, In<u8> truth) {
+        return Set(f, f->table(levels, truth.data()));
+      }, "levels"_a, "truth"_a)
+      .def("any_of", [](const Shared& f, const std::vector<const Set*>& sets, Ticker& ticker) {
+        tidy(*f);
+        std::vector<Node> nodes = nodes_of(f, sets);
+        Node all = kNothing;
+        on_deep_stack(*f, ticker, [&] { all = fold(*f, std::move(nodes), kNothing, [&](Node a, Node b) { return f->unite(a, b); }); });
+        return Set(f, all);
+      }, "sets"_a, "ticker"_a)
+      .def("all_of", [](const Shared& f, const std::vector<const Set*>& sets, Ticker& ticker) {
+        tidy(*f);
+        std::vector<Node> nodes = nodes_of(f, sets);
+        Node all = kEverything;
+        on_deep_stack(*f, ticker, [&] { all = fold(*f, std::move(nodes), kEverything, [&](Node a, Node b) { return f->intersect(a, b); }); });
+        return Set(f, all);
+      }, "sets"_a, "ticker"_a)
+      // Relations are numbers; 0 is never, 1 the identity.
+      .def("shift", [](const Shared& f, u32 level, In<u32> from, In<u32> to, Relation next) {
+        std::vector<Pair> pairs(from.shape(0));
+        for (u64 k = 0; k < pairs.size(); ++k) pairs[k] = {from.data()[k], to.data()[k], next};
+        return f->step(level, std::move(pairs));
+      }, "level"_a, "source"_a, "target"_a, "next"_a)
+      .def("rows", [](const Shared& f, const std::vector<u32>& levels, In<u32> before_after) {
+        return f->rows(levels, before_after.data(), levels.empty() ? 0 : before_after.shape(0) / (2 * levels.size()));
+      }, "levels"_a, "before_after"_a)
+      .def("join", [](const Shared& f, Relation a, Relation b) { return f->join(a, b); }, "a"_a, "b"_a)
+      .def("either", [](const Shared& f, Relation a, Relation b) { return f->either(a, b); }, "a"_a, "b"_a)
+      .def("restrict", [](const Shared& f, Relation r, const Set& before) { return f->restrict(r, before.node); }, "relation"_a, "before"_a)
+      .def("inverse", [](const Shared& f, Relation r) { return f->inverse(r); }, "relation"_a)
+      .def("domain", [](const Shared& f, Relation r) { tidy(*f); return Set(f, f->domain(r)); }, "relation"_a)
+      .def("image", [](const Shared& f, const Set& set, Relation r) { tidy(*f); return Set(f, f->image(set.node, r)); },
+           "set"_a, "relation"_a)
+      .def("steps", [](const Shared& f, const Set& set, const Set& from, Relation r) {
+        std::vector<u32> sources, targets;
+        f->steps(set.node, same(set, from), r, sources, targets);
+        return nb::make_tuple(give(std::move(sources)), give(std::move(targets)));
+      }, "set"_a, "part"_a, "relation"_a)
+      .def("saturation", [](const Shared& f, const std::vector<Relation>& relations) {
+        return PySaturation{f, std::make_unique<Saturation>(*f, relations)};
+      }, "relations"_a);
+
+  m.def("order", [](u32 n, In<i64> offsets, In<u32> members, const std::string& method, In<u32> start, Ticker& ticker) {
+    const Hypergraph g = hypergraph(n, offsets, members);
+    Order order(start.data(), start.data() + start.shape(0));
+    {
+      nb::gil_scoped_release free;
+      if (method == "force") order = force(g, std::move(order), ticker);
+      else if (method == "cuthill_mckee") order = cuthill_mckee(g);
+      else if (method == "sloan") order = sloan(g);
+      else if (method == "sliding_window") order = sliding_window(g, std::move(order), ticker);
+    }
+    const double total = total_span(g, order), weighted = weighted_span(g, order);
+    return nb::make_tuple(give(std::move(order)), total, weighted);
+  }, "n"_a, "offsets"_a, "members"_a, "method"_a, "start"_a, "ticker"_a);
+}

@@ -1,0 +1,252 @@
+#include "order.hpp"
+
+#include <numeric>
+#include <queue>
+
+namespace thenar {
+namespace {
+
+Order positions(const Order& order) {
+  Order at(order.size());
+  for (u32 k = 0; k < order.size(); ++k) at[order[k]] = k;
+  return at;
+}
+
+// Edges of each vertex.
+struct Incidence {
+  std::vector<i64> offsets;
+  std::vector<u32> edges;
+  explicit Incidence(const Hypergraph& g) : offsets(g.n_vertices + 1, 0), edges(g.members.size()) {
+    for (u32 v : g.members) ++offsets[v + 1];
+    std::partial_sum(offsets.begin(), offsets.end(), offsets.begin());
+    std::vector<i64> next(offsets.begin(), offsets.end() - 1);
+    for (u64 e = 0; e < g.n_edges(); ++e)
+      for (i64 k = g.offsets[e]; k < g.offsets[e + 1]; ++k) edges[next[g.members[k]]++] = static_cast<u32>(e);
+  }
+};
+
+// Neighbours of each vertex. A large edge would make a clique of them; its members are joined in a row instead.
+struct Graph2 {
+  static constexpr i64 kClique = 24;
+  std::vector<std::vector<u32>> next;
+  explicit Graph2(const Hypergraph& g) : next(g.n_vertices) {
+    for (u64 e = 0; e < g.n_edges(); ++e) {
+      const i64 lo = g.offsets[e], hi = g.offsets[e + 1];
+      for (i64 a = lo; a < hi; ++a)
+        for (i64 b = a + 1; b < hi && (hi - lo <= kClique || b == a + 1); ++b) {
+          next[g.members[a]].push_back(g.members[b]);
+          next[g.members[b]].push_back(g.members[a]);
+        }
+    }
+    for (auto& row : next) {
+      std::sort(row.begin(), row.end());
+      row.erase(std::unique(row.begin(), row.end()), row.end());
+    }
+  }
+  u64 degree(u32 v) const { return next[v].size(); }
+
+  // Distances from start within its component; the vertices found, nearest first.
+  std::vector<u32> breadth_first(u32 start, std::vector<u32>& distance) const {
+    std::vector<u32> found{start};
+    distance[start] = 0;
+    for (u64 k = 0; k < found.size(); ++k)
+      for (u32 v : next[found[k]])
+        if (distance[v] == kNone) {
+          distance[v] = distance[found[k]] + 1;
+          found.push_back(v);
+        }
+    return found;
+  }
+
+  // George and Liu: a vertex far out, and one furthest from it.
+  std::pair<u32, u32> ends(u32 start, std::vector<u32>& distance) const {
+    u32 depth = 0, other = start;
+    for (int round = 0; round < 8; ++round) {
+      const std::vector<u32> found = breadth_first(start, distance);
+      const u32 deepest = distance[found.back()];
+      u32 best = found.back();
+      for (u64 k = found.size(); k-- > 0 && distance[found[k]] == deepest;)
+        if (degree(found[k]) <= degree(best)) best = found[k];
+      for (u32 v : found) distance[v] = kNone;
+      other = best;
+      if (deepest <= depth) break;
+      depth = deepest;
+      std::swap(start, other);
+    }
+    return {start, other};
+  }
+};
+
+}  // namespace
+
+double total_span(const Hypergraph& g, const Order& order) {
+  const Order at = positions(order);
+  double sum = 0;
+  for (u64 e = 0; e < g.n_edges(); ++e) {
+    u32 lo = kNone, hi = 0;
+    for (i64 k = g.offsets[e]; k < g.offsets[e + 1]; ++k) {
+      lo = std::min(lo, at[g.members[k]]);
+      hi = std::max(hi, at[g.members[k]]);
+    }
+    if (hi > lo) sum += hi - lo;
+  }
+  return sum;
+}
+
+// Siminiceanu and Ciardo: spans weigh more the nearer to the top they reach, for all below is worked on again.
+double weighted_span(const Hypergraph& g, const Order& order) {
+  const Order at = positions(order);
+  const double n = g.n_vertices, m = static_cast<double>(std::max<u64>(g.n_edges(), 1));
+  double sum = 0;
+  for (u64 e = 0; e < g.n_edges(); ++e) {
+    u32 lo = kNone, hi = 0;
+    for (i64 k = g.offsets[e]; k < g.offsets[e + 1]; ++k) {
+      lo = std::min(lo, at[g.members[k]]);
+      hi = std::max(hi, at[g.members[k]]);
+    }
+    if (lo != kNone) sum += 2 * (n - lo) / n * (hi - lo + 1) / n / m;
+  }
+  return sum;
+}
+
+// Aloul, Markov, Sakallah: every vertex to the mean of its edges' centres of gravity, until the spans stop falling.
+Order force(const Hypergraph& g, Order order, Ticker& ticker) {
+  const Incidence own(g);
+  Order best = order;
+  double least = total_span(g, order);
+  std::vector<double> centre(g.n_edges()), place(g.n_vertices);
+  const int rounds = 20 + 10 * std::bit_width(static_cast<u64>(g.n_vertices));
+  for (int round = 0, idle = 0; round < rounds && idle < 4; ++round) {
+    ticker.tick(g.members.size(), 0, 0);
+    const Order at = positions(order);
+    for (u64 e = 0; e < g.n_edges(); ++e) {
+      double sum = 0;
+      for (i64 k = g.offsets[e]; k < g.offsets[e + 1]; ++k) sum += at[g.members[k]];
+      centre[e] = sum / static_cast<double>(std::max<i64>(1, g.offsets[e + 1] - g.offsets[e]));
+    }
+    for (u32 v = 0; v < g.n_vertices; ++v) {
+      const i64 lo = own.offsets[v], hi = own.offsets[v + 1];
+      double sum = 0;
+      for (i64 k = lo; k < hi; ++k) sum += centre[own.edges[k]];
+      place[v] = hi > lo ? sum / static_cast<double>(hi - lo) : at[v];
+    }
+    std::stable_sort(order.begin(), order.end(), [&](u32 a, u32 b) { return place[a] < place[b]; });
+    const double span = total_span(g, order);
+    if (span < least) least = span, best = order, idle = 0;
+    else ++idle;
+  }
+  return best;
+}
+
+Order cuthill_mckee(const Hypergraph& g) {
+  const Graph2 graph(g);
+  Order order;
+  std::vector<u32> distance(g.n_vertices, kNone);
+  std::vector<u8> done(g.n_vertices, 0);
+  for (u32 v = 0; v < g.n_vertices; ++v) {
+    if (done[v]) continue;
+    const u32 start = graph.ends(v, distance).first;
+    u64 k = order.size();
+    order.push_back(start);
+    done[start] = 1;
+    for (; k < order.size(); ++k) {
+      const u64 from = order.size();
+      for (u32 u : graph.next[order[k]])
+        if (!done[u]) done[u] = 1, order.push_back(u);
+      std::stable_sort(order.begin() + static_cast<i64>(from), order.end(),
+                       [&](u32 a, u32 b) { return graph.degree(a) < graph.degree(b); });
+    }
+  }
+  return order;
+}
+
+// Sloan 1986: next is the vertex that widens the front least, weighed against how far it is from the end.
+Order sloan(const Hypergraph& g) {
+  constexpr i64 kFar = 1, kWide = 2;
+  const Graph2 graph(g);
+  Order order;
+  std::vector<u32> distance(g.n_vertices, kNone);
+  enum : u8 { kInactive, kPreactive, kActive, kDone };
+  std::vector<u8> status(g.n_vertices, kInactive);
+  std::vector<i64> priority(g.n_vertices);
+  for (u32 v = 0; v < g.n_vertices; ++v) {
+    if (status[v] != kInactive) continue;
+    const auto [start, stop] = graph.ends(v, distance);
+    for (u32 u : graph.breadth_first(stop, distance))
+      priority[u] = kFar * distance[u] - kWide * static_cast<i64>(graph.degree(u) + 1);
+    using Entry = std::tuple<i64, i64, u32>;  // priority, -number for a reproducible order, vertex
+    std::priority_queue<Entry> queue;
+    auto offer = [&](u32 u) { queue.emplace(priority[u], -static_cast<i64>(u), u); };
+    status[start] = kPreactive;
+    offer(start);
+    while (!queue.empty()) {
+      const auto [p, minus, u] = queue.top();
+      queue.pop();
+      if (status[u] == kDone || p != priority[u]) continue;
+      auto raise = [&](u32 w) {
+        priority[w] += kWide;
+        if (status[w] == kInactive) status[w] = kPreactive;
+        offer(w);
+      };
+      if (status[u] == kPreactive)
+        for (u32 w : graph.next[u])
+          if (status[w] != kDone) raise(w);
+      order.push_back(u);
+      status[u] = kDone;
+      for (u32 w : graph.next[u])
+        if (status[w] == kPreactive) {
+          status[w] = kActive;
+          raise(w);
+          for (u32 x : graph.next[w])
+            if (status[x] != kDone) raise(x);
+        }
+    }
+  }
+  return order;
+}
+
+// The best permutation of each few neighbours in turn.
+Order sliding_window(const Hypergraph& g, Order order, Ticker& ticker) {
+  constexpr u32 kWindow = 4;
+  if (g.n_vertices < 2) return order;
+  const u32 width = std::min(kWindow, g.n_vertices);
+  const Incidence own(g);
+  Order at = positions(order);
+  std::vector<u32> edges;
+  std::vector<u64> seen(g.n_edges(), ~u64{0});
+  for (u32 lo = 0; lo + width <= g.n_vertices; ++lo) {
+    edges.clear();
+    u64 size = 0;
+    for (u32 k = lo; k < lo + width; ++k)
+      for (i64 j = own.offsets[order[k]]; j < own.offsets[order[k] + 1]; ++j)
+        if (const u32 e = own.edges[j]; seen[e] != lo) seen[e] = lo, edges.push_back(e), size += g.offsets[e + 1] - g.offsets[e];
+    auto span = [&] {
+      i64 sum = 0;
+      for (u32 e : edges) {
+        u32 first = kNone, last = 0;
+        for (i64 k = g.offsets[e]; k < g.offsets[e + 1]; ++k) {
+          first = std::min(first, at[g.members[k]]);
+          last = std::max(last, at[g.members[k]]);
+        }
+        sum += last - first;
+      }
+      return sum;
+    };
+    Order window(order.begin() + lo, order.begin() + lo + width), best = window;
+    i64 least = span();
+    std::vector<u32> index(width);
+    std::iota(index.begin(), index.end(), 0);
+    while (std::next_permutation(index.begin(), index.end())) {
+      for (u32 k = 0; k < width; ++k) at[window[index[k]]] = lo + k;
+      ticker.tick(size, 0, 0);
+      if (const i64 now = span(); now < least) {
+        least = now;
+        for (u32 k = 0; k < width; ++k) best[k] = window[index[k]];
+      }
+    }
+    for (u32 k = 0; k < width; ++k) at[order[lo + k] = best[k]] = lo + k;
+  }
+  return order;
+}
+
+}  // namespace thenar

@@ -1,0 +1,428 @@
+"""From a problem to levels, sets and relations."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from math import prod
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thenar._native import kernel
+from thenar.errors import InputError
+from thenar.model.automaton import Automaton
+from thenar.model.expressions import FALSE, TRUE, At, Constant, Expression, Name, Operation, Value, evaluate, leaves
+from thenar.model.extended import Edge, ExtendedAutomaton, ExtendedProblem, Variable
+from thenar.model.limits import Limits
+from thenar.model.names import Listed, StateNames
+from thenar.model.problem import Problem
+from thenar.symbolic.order import find_order
+
+__all__ = ["Encoding", "Part"]
+
+MAX_TABLE = 1 << 22  # combinations of values that one comparison or update may have
+MAX_CHOICES = 1 << 14  # combinations of guarded edges that one event may have
+CACHE_BYTES = 1 << 29  # at most, for results of operations on diagrams
+COLLECT_AT = 1 << 16  # nodes
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """What one level stands for: an automaton, its ``labels`` the states, or a variable with its ``values``."""
+
+    name: str
+    labels: StateNames
+    values: tuple[Value, ...]
+    initial: NDArray[np.bool_]
+    marked: NDArray[np.bool_]
+
+    @property
+    def size(self) -> int:
+        """How many values it has."""
+        return len(self.initial)
+
+
+@dataclass(slots=True)
+class _Moves:
+    """How one automaton takes part in one event: plain (source, target) pairs, or edges with guards and updates."""
+
+    part: int
+    sources: NDArray[np.uint32]
+    targets: NDArray[np.uint32]
+    guarded: tuple[Edge, ...] = ()
+
+
+@dataclass(slots=True)
+class EventRelation:
+    """What an event does, and where.
+
+    * ``possible``: the plants can do it
+    * ``offered``: the specifications that are automata let them
+    * ``allowed``: all specifications let them
+    * ``choice``: it may lead from one state to several
+    """
+
+    name: str
+    controllable: bool
+    relation: int
+    possible: kernel.Set
+    offered: kernel.Set
+    allowed: kernel.Set
+    choice: bool
+
+
+class Encoding:
+    """A problem as a forest of decision diagrams.
+
+    ``parts`` are the plants, the specifications and the variables in the problem's order; ``order`` (n_parts,)
+    lists them from the top level down.
+    """
+
+    def __init__(
+        self,
+        problem: Problem | ExtendedProblem,
+        tick: kernel.Ticker,
+        *,
+        order: str | Sequence[str] = "auto",
+        limits: Limits | None = None,
+    ) -> None:
+        self.problem, self.tick = problem, tick
+        self.alphabet = problem.alphabet
+        automata: list[Automaton | ExtendedAutomaton] = [*problem.plants, *problem.specs]
+        self.n_plants = len(problem.plants)
+        self.parts = [_automaton_part(a) for a in automata]
+        if isinstance(problem, ExtendedProblem):
+            self.parts += [_variable_part(v) for v in problem.variables]
+        self.number = {p.name: k for k, p in enumerate(self.parts)}
+        moves = self._moves(automata)
+        conditions = (
+            (*problem.plant_conditions, *problem.spec_conditions) if isinstance(problem, ExtendedProblem) else ()
+        )
+        edges = [self._event_support(m) for m in moves]
+        for condition in conditions:
+            used = self._support(condition.predicate)
+            if condition.event is not None:
+                used = used | set(edges[self.alphabet.index(condition.event)])
+            edges.append(sorted(used))
+        if isinstance(problem, ExtendedProblem):
+            edges += [sorted(self._support(p)) for p in (problem.initial, problem.marked)]
+        self.order = self._order(order, edges)
+        n = len(self.parts)
+        self.level = np.empty(n, np.int64)  # of each part
+        self.level[self.order] = np.arange(n, 0, -1)
+        bound = (limits or Limits()).bytes
+        sizes = np.array([self.parts[k].size for k in self.order[::-1]], np.uint32)
+        most = (1 << 63) - 1 if bound is None else bound
+        self.forest = kernel.Forest(sizes, most, min(CACHE_BYTES, most), COLLECT_AT)
+        self._sets: dict[Expression, kernel.Set] = {TRUE: self.forest.everything, FALSE: self.forest.nothing}
+        self._fill(problem, moves)
+
+    # -- levels --------------------------------------------------------------------------------------------
+
+    def _order(self, order: str | Sequence[str], edges: list[list[int]]) -> NDArray[np.uint32]:
+        if isinstance(order, str):
+            return find_order(len(self.parts), edges, order, self.tick)
+        if sorted(order) != sorted(self.number):
+            missing = sorted(set(self.number) ^ set(order))[:5]
+            raise InputError(
+                f"an order lists every automaton and variable once; look at {', '.join(missing) or 'repetitions'}"
+            )
+        return np.array([self.number[name] for name in order], np.uint32)
+
+    def literal(self, part: int, mask: NDArray[np.bool_]) -> kernel.Set:
+        """Return the states in which ``part`` has one of the values with ``mask[value]``."""
+        return self.forest.literal(int(self.level[part]), mask.astype(np.uint8))
+
+    # -- expressions ---------------------------------------------------------------------------------------
+
+    def _support(self, expression: Expression) -> set[int]:
+        return {
+            self.number[leaf.automaton if isinstance(leaf, At) else leaf.name]
+            for leaf in leaves(expression)
+            if not isinstance(leaf, Constant)
+        }
+
+    def predicate(self, expression: Expression) -> kernel.Set:
+        """Return the states in which ``expression`` is true."""
+        found = self._sets.get(expression)
+        if found is None:
+            found = self._sets[expression] = self._predicate(expression)
+        return found
+
+    def _predicate(self, expression: Expression) -> kernel.Set:
+        if isinstance(expression, At):
+            part = self.number[expression.automaton]
+            return self.literal(part, self._at(part, expression.state))
+        if isinstance(expression, Operation) and expression.operator in ("and", "or"):
+            sets = [self.predicate(x) for x in expression.operands]
+            fold = self.forest.all_of if expression.operator == "and" else self.forest.any_of
+            return fold(sets, self.tick)
+        if isinstance(expression, Operation) and expression.operator == "not":
+            return ~self.predicate(expression.operands[0])
+        parts = self._falling(self._support(expression))
+        truth = np.broadcast_to(self._table(expression, parts), [self.parts[p].size for p in parts])
+        return self.forest.table([int(self.level[p]) for p in parts], truth.astype(np.uint8).ravel())
+
+    def _at(self, part: int, state: str) -> NDArray[np.bool_]:
+        labels = self.parts[part].labels
+        return np.array([labels[q] == state for q in range(len(labels))], np.bool_)
+
+    def _falling(self, parts: Iterable[int]) -> list[int]:
+        """Sort ``parts`` from the top level down."""
+        return sorted(parts, key=lambda p: -self.level[p])
+
+    def _table(self, expression: Expression, parts: Sequence[int]) -> NDArray[np.generic]:
+        """Return the value of ``expression`` for all values of ``parts``, an axis each."""
+        sizes = [self.parts[p].size for p in parts]
+        if prod(sizes) > MAX_TABLE:
+            names = ", ".join(self.parts[p].name for p in parts)
+            raise InputError(
+                f"expression {expression}: {prod(sizes):,} combinations of {names}; {MAX_TABLE:,} are the most"
+            )
+        axis = {p: k for k, p in enumerate(parts)}
+
+        def value(leaf: Constant | Name | At) -> NDArray[np.generic]:
+            if isinstance(leaf, Constant):
+                return np.asarray(_code(leaf.value))
+            part = self.number[leaf.automaton if isinstance(leaf, At) else leaf.name]
+            if isinstance(leaf, At):
+                row: list[int | bool] = (self._at(part, leaf.state)).tolist()
+            else:
+                row = [_code(v) for v in self.parts[part].values]
+            shape = [1] * len(parts)
+            shape[axis[part]] = len(row)
+            return np.array(row).reshape(shape)
+
+        result: NDArray[np.generic] = np.asarray(evaluate(expression, value))
+        return result
+
+    # -- events --------------------------------------------------------------------------------------------
+
+    def _moves(self, automata: Sequence[Automaton | ExtendedAutomaton]) -> list[list[_Moves]]:
+        moves: list[list[_Moves]] = [[] for _ in self.alphabet]
+        for k, a in enumerate(automata):
+            where = [self.alphabet.index(name) for name in a.alphabet.names]
+            if isinstance(a, ExtendedAutomaton):
+                by_event: list[list[Edge]] = [[] for _ in a.alphabet]
+                for edge in a.edges:
+                    by_event[edge.event].append(edge)
+                for e, own in enumerate(by_event):
+                    plain = all(x.guard == TRUE and not x.updates for x in own)
+                    sources, targets = (np.array([getattr(x, w) for x in own], np.uint32) for w in ("source", "target"))
+                    moves[where[e]].append(_Moves(k, sources, targets, () if plain else tuple(own)))
+            else:
+                sources = np.repeat(np.arange(a.n_states, dtype=np.uint32), np.diff(a.offsets))
+                by = np.argsort(a.events, kind="stable")
+                bounds = np.searchsorted(a.events[by], np.arange(len(a.alphabet) + 1))
+                targets = a.targets.astype(np.uint32)
+                for e in range(len(a.alphabet)):
+                    rows = by[bounds[e] : bounds[e + 1]]
+                    moves[where[e]].append(_Moves(k, sources[rows], targets[rows]))
+        return moves
+
+    def _event_support(self, moves: Sequence[_Moves]) -> list[int]:
+        used = {m.part for m in moves}
+        for m in moves:
+            for edge in m.guarded:
+                used |= self._support(edge.guard)
+                for variable, value in edge.updates:
+                    used |= self._support(value) | {self.number[variable]}
+        return sorted(used)
+
+    def _fill(self, problem: Problem | ExtendedProblem, moves: list[list[_Moves]]) -> None:
+        f = self.forest
+        initial = [self.literal(k, p.initial) for k, p in enumerate(self.parts)]
+        marked = [self.literal(k, p.marked) for k, p in enumerate(self.parts)]
+        plant_needs: dict[str, list[kernel.Set]] = {}
+        spec_needs: dict[str, list[kernel.Set]] = {}
+        plant_invariants: list[kernel.Set] = []
+        spec_invariants: list[kernel.Set] = []
+        if isinstance(problem, ExtendedProblem):
+            initial.append(self.predicate(problem.initial))
+            marked.append(self.predicate(problem.marked))
+            for needs, invariants, conditions in (
+                (plant_needs, plant_invariants, problem.plant_conditions),
+                (spec_needs, spec_invariants, problem.spec_conditions),
+            ):
+                for c in conditions:
+                    where = invariants if c.event is None else needs.setdefault(c.event, [])
+                    where.append(self.predicate(c.predicate))
+        self.invariant = f.all_of(plant_invariants, self.tick)
+        self.requirement = f.all_of(spec_invariants, self.tick)
+        self.initial = f.all_of(initial, self.tick) & self.invariant
+        self.marked = f.all_of(marked, self.tick)
+        self.events: list[EventRelation] = []
+        for event, own in zip(self.alphabet, moves, strict=True):
+            if own or event.name in plant_needs or event.name in spec_needs:
+                self.events.append(
+                    self._event(
+                        event.name,
+                        event.controllable,
+                        own,
+                        plant_needs.get(event.name, ()),
+                        spec_needs.get(event.name, ()),
+                    )
+                )
+
+    def _event(
+        self,
+        name: str,
+        controllable: bool,
+        moves: Sequence[_Moves],
+        plant_needs: Sequence[kernel.Set],
+        spec_needs: Sequence[kernel.Set],
+    ) -> EventRelation:
+        plants = [m for m in moves if m.part < self.n_plants]
+        if not any(m.guarded for m in moves) and not plant_needs and not spec_needs and self.invariant.is_everything:
+            # a product of local steps: no relation is needed to know where it can happen
+            relation = self._product(moves)
+            possible = self._sources(plants)
+            allowed = (
+                possible
+                if len(plants) == len(moves)
+                else possible & self._sources([m for m in moves if m.part >= self.n_plants])
+            )
+            return EventRelation(name, controllable, relation, possible, allowed, allowed, _chooses(moves))
+        relation = self._guarded(moves)
+        of_plants = relation if len(plants) == len(moves) else self._guarded(plants)
+        for needed in plant_needs:
+            relation, of_plants = self.forest.restrict(relation, needed), self.forest.restrict(of_plants, needed)
+        offered = relation
+        for needed in spec_needs:
+            relation = self.forest.restrict(relation, needed)
+        possible, offers, allowed = (self._happens(r) for r in (of_plants, offered, relation))
+        return EventRelation(name, controllable, relation, possible, offers, allowed, _chooses(moves))
+
+    def _happens(self, relation: int) -> kernel.Set:
+        """Return where ``relation`` leads somewhere; a step that would break an invariant of the plant does not."""
+        if self.invariant.is_everything:
+            return self.forest.domain(relation)
+        return self.forest.image(self.invariant, self.forest.inverse(relation))
+
+    def _sources(self, moves: Sequence[_Moves]) -> kernel.Set:
+        sets = []
+        for m in moves:
+            mask = np.zeros(self.parts[m.part].size, np.bool_)
+            mask[m.sources] = True
+            sets.append(self.literal(m.part, mask))
+        return self.forest.all_of(sets, self.tick) if len(sets) > 1 else sets[0] if sets else self.forest.everything
+
+    def _product(self, moves: Sequence[_Moves]) -> int:
+        relation = 1
+        for m in sorted(moves, key=lambda m: self.level[m.part]):
+            relation = self.forest.shift(int(self.level[m.part]), m.sources, m.targets, relation)
+        return relation
+
+    def _guarded(self, moves: Sequence[_Moves]) -> int:
+        """Return the relation of ``moves`` together: each choice of guarded edges, and the plain moves beside it."""
+        plain = self._product([m for m in moves if not m.guarded])
+        choices = [m.guarded for m in moves if m.guarded]
+        if prod(map(len, choices)) > MAX_CHOICES:
+            names = ", ".join(self.parts[m.part].name for m in moves if m.guarded)
+            raise InputError(
+                f"{prod(map(len, choices)):,} combinations of guarded edges of {names}; {MAX_CHOICES:,} are the most"
+            )
+        if not choices:
+            return plain
+        parts = [m.part for m in moves if m.guarded]
+        moved = {m.part for m in moves}
+        relation = 0
+        for chosen in itertools.product(*choices):
+            local = [
+                _Moves(p, np.array([x.source], np.uint32), np.array([x.target], np.uint32))
+                for p, x in zip(parts, chosen, strict=True)
+            ]
+            steps = self.forest.join(self._product(local), plain)
+            for where, update in self._updates(dict(u for x in chosen for u in x.updates), moved):
+                # restricted last: guards speak of the states before, and leave alone what does not move
+                one = self.forest.restrict(self.forest.join(steps, update), where)
+                for x in chosen:
+                    one = self.forest.restrict(one, self.predicate(x.guard))
+                relation = self.forest.either(relation, one)
+        return relation
+
+    def _updates(self, updates: Mapping[str, Expression], moved: set[int]) -> list[tuple[kernel.Set, int]]:
+        """Return relations that give each variable its new value, each with the states that it is for.
+
+        What an update reads of a ``moved`` part, an automaton that moves at the same time, cannot be in the relation
+        itself, which would say that the automaton stays.
+        """
+        reads = {p for x in updates.values() for p in self._support(x)}
+        fixed = self._falling(reads & moved)
+        result = []
+        for values in itertools.product(*(range(self.parts[p].size) for p in fixed)):
+            given = dict(zip(fixed, values, strict=True))
+            masks = [np.arange(self.parts[p].size) == v for p, v in given.items()]
+            where = self.forest.all_of([self.literal(p, m) for p, m in zip(given, masks, strict=True)], self.tick)
+            relation = 1
+            for group in _tied({v: (self._support(x) - moved) | {self.number[v]} for v, x in updates.items()}):
+                relation = self.forest.join(relation, self._assign({v: updates[v] for v in group}, given))
+            result.append((where, relation))
+        return result
+
+    def _assign(self, updates: Mapping[str, Expression], given: Mapping[int, int]) -> int:
+        """Return the relation of simultaneous ``updates`` where the parts in ``given`` have the values there."""
+        free = {p for v, x in updates.items() for p in (*self._support(x), self.number[v])} - set(given)
+        parts = self._falling(free)
+        sizes = [self.parts[p].size for p in parts]
+        axes = [*given, *parts]
+        chosen = tuple(given.values())
+        new = {
+            self.number[v]: np.broadcast_to(self._table(x, axes), [self.parts[p].size for p in axes])[chosen]
+            for v, x in updates.items()
+        }
+        before = np.indices(sizes).reshape(len(parts), -1)
+        columns = []
+        possible = np.ones(prod(sizes), np.bool_)
+        for k, p in enumerate(parts):
+            after = before[k]
+            if p in new:
+                codes = {_code(v): i for i, v in enumerate(self.parts[p].values)}
+                after = np.array([codes.get(v, -1) for v in new[p].ravel().tolist()])
+                possible &= after >= 0
+            columns += [before[k], after]
+        rows = np.stack(columns, axis=1)[possible]
+        return self.forest.rows([int(self.level[p]) for p in parts], rows.astype(np.uint32).ravel())
+
+
+def _automaton_part(automaton: Automaton | ExtendedAutomaton) -> Part:
+    if isinstance(automaton, ExtendedAutomaton):
+        masks = (np.array(mask, np.bool_) for mask in (automaton.initial, automaton.marked))
+        return Part(automaton.name, Listed(automaton.states), (), *masks)
+    initial = np.zeros(automaton.n_states, np.bool_)
+    initial[automaton.initial] = True
+    return Part(automaton.name, automaton.states, (), initial, automaton.marked)
+
+
+def _variable_part(variable: Variable) -> Part:
+    masks = (np.array([v in chosen for v in variable.values]) for chosen in (variable.initial, variable.marked))
+    return Part(variable.name, Listed(tuple(map(_written, variable.values))), variable.values, *masks)
+
+
+def _written(value: Value) -> str:
+    return str(Constant(value))
+
+
+def _code(value: Value) -> int | bool:
+    """Return a number for ``value``; different names get different numbers."""
+    return _CODES.setdefault(value, len(_CODES)) if isinstance(value, str) else value
+
+
+_CODES: dict[str, int] = {}
+
+
+def _chooses(moves: Sequence[_Moves]) -> bool:
+    """Return whether some state may have two successors."""
+    return any(len(np.unique(m.sources)) < len(m.sources) for m in moves)
+
+
+def _tied(supports: Mapping[str, set[int]]) -> list[list[str]]:
+    """Group the variables whose updates share a part."""
+    groups: list[tuple[set[int], list[str]]] = []
+    for variable, support in supports.items():
+        touched = [g for g in groups if g[0] & support]
+        groups = [g for g in groups if not g[0] & support]
+        groups.append((support.union(*(g[0] for g in touched)), [*(v for g in touched for v in g[1]), variable]))
+    return [names for _, names in groups]

@@ -1,0 +1,190 @@
+"""Guards: for each controllable event a predicate that says where the supervisor enables it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from thenar._native import kernel
+from thenar.model.expressions import FALSE, TRUE, At, Constant, Expression, Name, Operation
+from thenar.symbolic.encode import Encoding, EventRelation, Part
+from thenar.symbolic.synthesis import SymbolicSupervisor
+
+__all__ = ["Guards", "guards"]
+
+READABLE = 12  # terms that a guard may have and still be read
+
+
+@dataclass(frozen=True, slots=True)
+class Guards(Mapping[str, Expression]):
+    """Guards by controllable event, in the order of the alphabet.
+
+    A guard of more than a dozen terms is written as decisions; what guards share stands in ``definitions`` by a
+    name, each after those that it uses.
+
+    >>> from thenar.model.expressions import parse
+    >>> print(Guards({"start": parse("BUFFER.empty and d1")}, {"d1": parse("n < 3")}))
+    d1 := n < 3
+    start if BUFFER.empty and d1
+    """
+
+    predicates: Mapping[str, Expression]
+    definitions: Mapping[str, Expression]
+
+    def __getitem__(self, event: str) -> Expression:
+        return self.predicates[event]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.predicates)
+
+    def __len__(self) -> int:
+        return len(self.predicates)
+
+    def __str__(self) -> str:
+        lines = [f"{name} := {predicate}" for name, predicate in self.definitions.items()]
+        return "\n".join([*lines, *(f"{event} if {guard}" for event, guard in self.predicates.items())])
+
+
+def guards(supervisor: SymbolicSupervisor) -> Guards:
+    """Return for each controllable event the predicate under which ``supervisor`` enables it.
+
+    The supervised system is the plants and the specifications that are automata, synchronised, each controllable
+    event with its guard besides.  A guard says ``true`` if it has nothing to add to these, ``false`` if its event
+    never happens, and otherwise is simplified with respect to what they reach: it may say anything where they
+    cannot do the event anyway.
+
+    >>> from thenar.library.classics import cat_and_mouse
+    >>> from thenar.synthesis.api import synthesize
+    >>> found = guards(synthesize(cat_and_mouse(), "symbolic").symbolic)
+    >>> print(found["c1"], "|", found["c3"])
+    true | ROOM4.mouse
+    """
+    encoding = supervisor.encoding
+    removed = supervisor.reachable - supervisor.safe
+    sets = {e.name: _enabling(supervisor, e, removed) for e in encoding.events if e.controllable}
+    everything = encoding.forest.everything
+    writer = _Writer(encoding)
+    predicates = {e.name: writer.write(sets.get(e.name, everything)) for e in encoding.alphabet if e.controllable}
+    return Guards(predicates, writer.definitions)
+
+
+def _enabling(supervisor: SymbolicSupervisor, event: EventRelation, removed: kernel.Set) -> kernel.Set:
+    """Return a set with a small diagram that holds of the states offering ``event`` just those that may do it."""
+    forest, controlled = supervisor.encoding.forest, supervisor.controlled
+    harmful = event.offered - event.allowed
+    if removed:
+        harmful |= forest.image(removed, forest.inverse(event.relation))
+    off = controlled & harmful
+    if not off:
+        return forest.everything
+    on = (controlled & event.offered) - off
+    return on.simplify(on | off)
+
+
+class _Writer:
+    """Turns sets into predicates; what large ones share gets a name."""
+
+    def __init__(self, encoding: Encoding) -> None:
+        self.encoding = encoding
+        self.definitions: dict[str, Expression] = {}
+        self._known: dict[kernel.Set, Expression] = {}
+
+    def write(self, states: kernel.Set) -> Expression:
+        """Return a predicate that is true exactly in ``states``."""
+        positive = self._sum(states)
+        negative = self._sum(~states)
+        if negative is not None and (positive is None or _size(negative) < _size(positive)):
+            return _opposite(negative)
+        return self._decide(states) if positive is None else positive
+
+    def _sum(self, states: kernel.Set) -> Expression | None:
+        products = states.products(states, READABLE)
+        if products is None:
+            return None
+        return _any([_all([_literal(self._part(level), vs) for level, vs in product]) for product in products])
+
+    def _part(self, level: int) -> Part:
+        return self.encoding.parts[int(self.encoding.order[len(self.encoding.order) - level])]
+
+    def _decide(self, states: kernel.Set) -> Expression:
+        """Write a diagram as it is: for each value what else must hold."""
+        if not states:
+            return FALSE
+        if states.is_everything:
+            return TRUE
+        if states not in self._known:
+            part = self._part(states.level)
+            by_kid: dict[kernel.Set, list[int]] = {}
+            for v in range(part.size):
+                by_kid.setdefault(states.child(v), []).append(v)
+            terms = [_all([_literal(part, values), self._decide(kid)]) for kid, values in by_kid.items() if kid]
+            predicate = _any(terms)
+            if _size(predicate) > 1:
+                name = f"d{len(self.definitions) + 1}"
+                self.definitions[name] = predicate
+                predicate = Name(name)
+            self._known[states] = predicate
+        return self._known[states]
+
+
+def _literal(part: Part, values: Sequence[int]) -> Expression:
+    """Say that ``part`` has one of ``values``, in few words."""
+    others = [v for v in range(part.size) if v not in set(values)]
+    if not part.values:
+        if len(values) <= len(others):
+            return _any([At(part.name, part.labels[v]) for v in values])
+        return _all([Operation("not", (At(part.name, part.labels[v]),)) for v in others])
+    name, domain = Name(part.name), part.values
+    if isinstance(domain[0], bool):
+        return name if domain[values[0]] else Operation("not", (name,))
+    if isinstance(domain[0], int) and len(values) > 1 and list(domain) == sorted(domain):
+        lo, hi = values[0], values[-1]
+        if hi - lo + 1 == len(values):
+            low = [] if lo == 0 else [Operation(">=", (name, Constant(domain[lo])))]
+            high = [] if hi == len(domain) - 1 else [Operation("<=", (name, Constant(domain[hi])))]
+            return _all([*low, *high])
+    if len(values) <= len(others):
+        return _any([Operation("==", (name, Constant(domain[v]))) for v in values])
+    return _all([Operation("!=", (name, Constant(domain[v]))) for v in others])
+
+
+def _join(operator: str, unit: Expression, parts: Sequence[Expression]) -> Expression:
+    flat: list[Expression] = []
+    for p in parts:
+        if isinstance(p, Operation) and p.operator == operator:
+            flat.extend(p.operands)
+        elif p != unit:
+            flat.append(p)
+    return unit if not flat else flat[0] if len(flat) == 1 else Operation(operator, tuple(flat))
+
+
+def _all(parts: Sequence[Expression]) -> Expression:
+    return _join("and", TRUE, parts)
+
+
+def _any(parts: Sequence[Expression]) -> Expression:
+    return _join("or", FALSE, parts)
+
+
+_MIRROR = {"==": "!=", "!=": "==", "<=": ">", ">=": "<", "<": ">=", ">": "<="}
+
+
+def _opposite(predicate: Expression) -> Expression:
+    """Return the negation, pushed inwards."""
+    if isinstance(predicate, Operation):
+        if predicate.operator == "not":
+            return predicate.operands[0]
+        if predicate.operator in ("and", "or"):
+            dual, unit = ("or", FALSE) if predicate.operator == "and" else ("and", TRUE)
+            return _join(dual, unit, [_opposite(p) for p in predicate.operands])
+        if predicate.operator in _MIRROR:
+            return Operation(_MIRROR[predicate.operator], predicate.operands)
+    if isinstance(predicate, Constant):
+        return Constant(not predicate.value)
+    return Operation("not", (predicate,))
+
+
+def _size(predicate: Expression) -> int:
+    if isinstance(predicate, Operation):
+        return sum(map(_size, predicate.operands))
+    return 1

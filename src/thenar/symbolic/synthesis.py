@@ -1,0 +1,157 @@
+"""The largest supervisor, as a set of states."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thenar._native import kernel
+from thenar.errors import about, counted
+from thenar.model.events import Event
+from thenar.model.supervisor import ControlPattern
+from thenar.model.trace import Trace
+from thenar.symbolic.encode import Encoding, EventRelation
+
+__all__ = ["SymbolicSupervisor", "reach", "supremal"]
+
+
+class SymbolicSupervisor:
+    """The largest supervisor of a problem, as sets of states; empty if none exists.
+
+    * ``reachable``: states that plants and specifications can reach together
+    * ``safe``: those of them that the supervisor may let the plants enter
+    * ``controlled``: those that it does let them reach
+    * ``rounds``: how often it was looked for states to remove
+
+    >>> from thenar.library.classics import dining
+    >>> from thenar.synthesis.api import synthesize
+    >>> supervisor = synthesize(dining(100), "symbolic").symbolic
+    >>> supervisor.n_states
+    189482250299273866835746159841800035873
+    >>> "take_left_2" in supervisor.after("take_left_1")
+    True
+    """
+
+    def __init__(
+        self, encoding: Encoding, reachable: kernel.Set, safe: kernel.Set, controlled: kernel.Set, rounds: int
+    ) -> None:
+        self.encoding = encoding
+        self.reachable, self.safe, self.controlled = reachable, safe, controlled
+        self.rounds = rounds
+        self._events = {e.name: e for e in encoding.events}
+
+    @property
+    def is_empty(self) -> bool:
+        """True if no supervisor exists."""
+        return not self.controlled
+
+    @cached_property
+    def n_states(self) -> int:
+        """States of the supervised plant, exactly."""
+        return self.controlled.count()
+
+    @cached_property
+    def n_transitions(self) -> int:
+        """Pairs of a state of the supervised plant and an event that may happen there, exactly; a count per event."""
+        return sum((self.controlled & self.enabled(e)).count() for e in self.encoding.events)
+
+    def enabled(self, event: EventRelation) -> kernel.Set:
+        """Return states in which ``event`` can happen and leads to safe ones only."""
+        f = self.encoding.forest
+        back = f.inverse(event.relation)
+        enabled = f.image(self.safe, back)
+        return enabled - f.image(self.reachable - self.safe, back) if event.choice else enabled
+
+    def vectors(self, limit: int) -> NDArray[np.uint32]:
+        """Return (n, parts) uint32: the value of each part of the encoding in each state, at most ``limit`` states."""
+        levels = self.controlled.vectors(limit).reshape(-1, len(self.encoding.parts))
+        columns = np.empty_like(levels)
+        columns[:, self.encoding.order] = levels
+        return columns
+
+    def after(self, trace: Iterable[str] | str) -> ControlPattern | None:
+        """Return the control pattern after ``trace``, or None if the supervised plant cannot do the trace.
+
+        Where the trace does not tell the state, an event is enabled or disabled if it is so in one of those possible.
+        """
+        states = self.states_after(trace)
+        return self.pattern(states) if states else None
+
+    def states_after(self, trace: Iterable[str] | str) -> kernel.Set:
+        """Return the states of the supervised plant that ``trace`` may have led to."""
+        states = self.encoding.initial & self.controlled
+        for name in Trace(trace):
+            self.encoding.alphabet.index(name)
+            if name not in self._events:
+                return self.encoding.forest.nothing
+            event = self._events[name]
+            states = self.encoding.forest.image(states & self.enabled(event), event.relation) & self.safe
+        return states
+
+    def pattern(self, states: kernel.Set) -> ControlPattern:
+        """Return what is enabled, and what the plant could do but is disabled, somewhere in ``states``."""
+        enabled: list[Event] = []
+        disabled: list[Event] = []
+        for e in self.encoding.events:
+            here = self.encoding.alphabet[e.name]
+            if states & self.enabled(e):
+                enabled.append(here)
+            elif states & e.possible:
+                disabled.append(here)
+        return ControlPattern(tuple(enabled), tuple(disabled))
+
+    def __repr__(self) -> str:
+        if self.is_empty:
+            return "SymbolicSupervisor: none exists"
+        nodes = counted(self.controlled.n_nodes, "node")
+        return f"SymbolicSupervisor: {about(self.n_states)} states in {nodes}"
+
+
+def reach(encoding: Encoding) -> kernel.Set:
+    """Return the states that plants and specifications reach together, by saturation."""
+    forward = encoding.forest.saturation([e.relation for e in encoding.events])
+    return forward(encoding.initial, encoding.invariant, encoding.tick)
+
+
+def supremal(encoding: Encoding, reachable: kernel.Set) -> SymbolicSupervisor:
+    """Return the largest controllable, nonblocking supervisor of ``encoding``.
+
+    Of the ``reachable`` states (see :func:`reach`) the illegal ones are removed, and those from which
+    uncontrollable events lead there; then, until nothing changes, those from which no marked state can be
+    reached, and those from which uncontrollable events lead to them.  A controllable event that may lead from
+    one state to several is disabled where one of these is removed.
+    """
+    f, tick = encoding.forest, encoding.tick
+    events = encoding.events
+    illegal = [e.possible - e.allowed for e in events if not e.controllable]
+    bad = reachable & f.any_of([s for s in illegal if s], tick) | reachable - encoding.requirement
+    inverse = {e.name: f.inverse(e.relation) for e in events}
+    uncontrolled = f.saturation([inverse[e.name] for e in events if not e.controllable])
+    safe = reachable - uncontrolled(bad, reachable, tick) if bad else reachable
+    choices = any(e.controllable and e.choice for e in events)
+    backward = f.saturation([inverse[e.name] for e in events])
+    rounds = 0
+    while safe:
+        rounds += 1
+        if choices:
+            backward = f.saturation([f.inverse(r) for r in _kept(encoding, inverse, reachable - safe)])
+        blocking = safe - backward(encoding.marked & safe, safe, tick)
+        if not blocking:
+            break
+        safe -= uncontrolled(blocking, safe, tick)
+    if safe == reachable:
+        return SymbolicSupervisor(encoding, reachable, safe, reachable, rounds)
+    forward = f.saturation(_kept(encoding, inverse, reachable - safe))
+    return SymbolicSupervisor(encoding, reachable, safe, forward(encoding.initial & safe, safe, tick), rounds)
+
+
+def _kept(encoding: Encoding, inverse: dict[str, int], removed: kernel.Set) -> Sequence[int]:
+    """Return what the events still do when one that may lead to ``removed`` is disabled wherever it may."""
+    f = encoding.forest
+    return [
+        f.restrict(e.relation, ~f.image(removed, inverse[e.name])) if e.controllable and e.choice else e.relation
+        for e in encoding.events
+    ]

@@ -1,0 +1,195 @@
+"""The symbolic engine: what it finds is what the explicit engine and the slow oracle find, whatever the size."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from random import Random
+
+import numpy as np
+import pytest
+
+import thenar
+from thenar.errors import InputError, LimitReached
+from thenar.model.automaton import Automaton
+from thenar.model.limits import Limits
+from thenar.symbolic import encode
+from thenar.symbolic.order import METHODS
+from thenar.synthesis.api import SynthesisResult
+from thenar.testing import extended_oracle
+from thenar.testing.random_models import random_extended_problem, random_problem
+
+BATCH = 100
+
+
+def batches(total: int) -> list[range]:
+    return [range(k, k + BATCH) for k in range(0, total, BATCH)]
+
+
+def assert_same(a: SynthesisResult, b: SynthesisResult) -> None:
+    """State by state: numbers, names, transitions and disabled events."""
+    ours, theirs = a.supervisor, b.supervisor
+    for field in ("offsets", "events", "targets", "marked"):
+        assert np.array_equal(getattr(ours.automaton, field), getattr(theirs.automaton, field))
+    assert np.array_equal(ours.disabled_offsets, theirs.disabled_offsets)
+    assert np.array_equal(ours.disabled, theirs.disabled)
+    states = range(ours.n_states)
+    assert [ours.automaton.states[q] for q in states] == [theirs.automaton.states[q] for q in states]
+    assert a.size == b.size
+
+
+@pytest.mark.parametrize("seeds", batches(600), ids=str)
+def test_both_engines_find_the_same_supervisor_state_by_state(seeds: range) -> None:
+    for seed in seeds:
+        problem = random_problem(Random(seed))
+        assert_same(thenar.synthesize(problem, "symbolic"), thenar.synthesize(problem, "explicit"))
+
+
+@pytest.mark.parametrize("seeds", batches(500), ids=str)
+def test_extended_problems_are_solved_as_the_oracle_does(seeds: range) -> None:
+    for seed in seeds:
+        problem = random_extended_problem(Random(seed))
+        slow = extended_oracle.supcon(problem)
+        fast = thenar.synthesize(problem, "symbolic").symbolic
+        assert fast is not None
+        assert fast.n_states == slow.n_states
+        assert fast.reachable.count() == len(extended_oracle.explore(problem).states)
+        assert fast.controlled.is_everything or bool(fast.controlled) == bool(slow)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_the_order_changes_nothing_but_the_cost(method: str) -> None:
+    for seed in range(40):
+        problem = random_problem(Random(seed))
+        assert_same(thenar.synthesize(problem, "symbolic", order=method), thenar.synthesize(problem, "explicit"))
+
+
+def test_an_order_can_be_given_and_is_reproducible() -> None:
+    problem = thenar.library.model("agv")
+    names = [a.name for a in problem.automata]
+    given = thenar.synthesize(problem, "symbolic", order=names[::-1])
+    assert given.symbolic is not None
+    assert [given.symbolic.encoding.parts[k].name for k in given.symbolic.encoding.order] == names[::-1]
+    found = [thenar.synthesize(problem, "symbolic").symbolic for _ in range(2)]
+    orders = [s.encoding.order.tolist() for s in found if s is not None]
+    assert orders[0] == orders[1]
+    assert given.size.states == 4406
+    with pytest.raises(InputError, match="lists every automaton and variable once"):
+        thenar.synthesize(problem, "symbolic", order=names[1:])
+    with pytest.raises(InputError, match="unknown order 'forse'; did you mean 'force'"):
+        thenar.synthesize(problem, "symbolic", order="forse")
+
+
+def test_garbage_is_collected_without_harm(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(encode, "COLLECT_AT", 64)
+    monkeypatch.setattr(encode, "CACHE_BYTES", 1 << 12)
+    for name, states in (("glr", 2809), ("agv", 4406), ("chain(20)", 2 * 3**19), ("dining(20)", pell_lucas(20) - 1)):
+        result = thenar.synthesize(thenar.library.model(name), "symbolic")
+        assert result.size.states == states
+        assert result.symbolic is not None
+        assert result.symbolic.encoding.forest.collections > 0
+    for seed in range(100):
+        problem = random_extended_problem(Random(seed))
+        assert thenar.synthesize(problem, "symbolic").size.states == extended_oracle.supcon(problem).n_states
+
+
+def pell_lucas(n: int) -> int:
+    """Return Q(n): Q(0) = Q(1) = 2, Q(k) = 2 Q(k-1) + Q(k-2)."""
+    a, b = 2, 2
+    for _ in range(n - 1):
+        a, b = b, 2 * b + a
+    return b
+
+
+@pytest.mark.parametrize(
+    ("model", "states"),
+    [
+        ("transfer_line(300)", 28**300),
+        ("dining(1000)", pell_lucas(1000) - 1),
+        ("chain(100)", 2 * 3**99),
+        ("small_factory(200)", 3 * 4**199),
+    ],
+)
+def test_families_have_as_many_states_as_their_formulas_say(model: str, states: int) -> None:
+    """Closed forms fitted to what several tools find at small sizes; the counts are exact integers."""
+    assert thenar.synthesize(thenar.library.model(model)).size.states == states
+
+
+def glr_states(fingers: int) -> int:
+    """The number of states that the library's page gives for the task with so many fingers."""
+    m: int = fingers - 1
+    return sum(c * base**m for c, base in ((4, 115), (4, 99), (13, 63), (66, 18), (-6, 9)))
+
+
+@pytest.mark.parametrize("fingers", [2, 3, 10])
+def test_more_fingers(fingers: int) -> None:
+    problem = thenar.library.glr.problem(fingers=fingers)
+    assert thenar.synthesize(problem, "symbolic").size.states == glr_states(fingers)
+
+
+def test_auto_says_why() -> None:
+    def chosen(model: str) -> tuple[str, str]:
+        result = thenar.synthesize(thenar.library.model(model))
+        return result.engine, result.engine_reason
+
+    assert chosen("small_factory(2)") == ("explicit", "the product has at most 18 states")
+    reachable = thenar.sync(*thenar.library.model("chain(11)").automata).n_states
+    assert chosen("chain(11)") == ("explicit", f"the product has {reachable:,} reachable states")
+    assert chosen("transfer_line(20)")[0] == "symbolic"
+    assert "reachable states" in chosen("transfer_line(20)")[1]
+
+
+def test_after_a_trace_both_say_the_same() -> None:
+    problem = thenar.library.glr.problem()
+    explicit, symbolic = (thenar.synthesize(problem, engine) for engine in ("explicit", "symbolic"))
+    assert symbolic.symbolic is not None
+    for seed in range(10):
+        trace = thenar.random_trace(explicit.supervisor, 30, seed)
+        for k in range(len(trace) + 1):
+            assert symbolic.symbolic.after(trace[:k]) == explicit.supervisor.after(trace[:k])
+    assert symbolic.symbolic.after("incip_slip*") is None
+
+
+def test_bytes_and_seconds_are_limits() -> None:
+    problem = thenar.library.model("agv")
+    with pytest.raises(LimitReached, match="bytes"):
+        thenar.synthesize(problem, "symbolic", limits=Limits(bytes=50_000))
+    with pytest.raises(LimitReached, match="seconds"):
+        thenar.synthesize(hard(), "symbolic", order="model", limits=Limits(seconds=0.2))
+
+
+def hard() -> thenar.Problem:
+    """A problem that takes long in the order of the model."""
+    return thenar.library.glr.problem(fingers=12)
+
+
+def test_ctrl_c_stops_saturation_at_once() -> None:
+    code = (
+        "import thenar, sys\n"
+        "problem = thenar.library.glr.problem(fingers=12)\n"
+        "print('go', flush=True)\n"
+        "thenar.synthesize(problem, 'symbolic', order='model')"
+    )
+    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        process.stdout.readline()
+        time.sleep(1.5)
+        start = time.monotonic()
+        os.kill(process.pid, signal.SIGINT)
+        _, err = process.communicate(timeout=20)
+        assert time.monotonic() - start < 5  # a fifth of a second on a quiet machine
+    assert b"KeyboardInterrupt" in err
+
+
+def test_large_supervisors_are_not_listed() -> None:
+    result = thenar.synthesize(thenar.library.model("transfer_line(10)"))
+    with pytest.raises(LimitReached, match="2,000,000 states"):
+        _ = result.supervisor
+    assert repr(result).startswith("SynthesisResult 'transfer_line(10)': 296,196,766,695,424 states")
+
+
+def test_an_empty_automaton_means_no_supervisor() -> None:
+    plant = Automaton.from_transitions(["0 -a-> 0"], initial="0", marked=["0"], name="P")
+    empty = Automaton.empty(thenar.Alphabet(["a"]), "NOTHING")
+    assert not thenar.synthesize(thenar.Problem([plant], [empty]), "symbolic")
