@@ -122,7 +122,7 @@ def glr_states(fingers: int) -> int:
     return sum(c * base**m for c, base in ((4, 115), (4, 99), (13, 63), (66, 18), (-6, 9)))
 
 
-@pytest.mark.parametrize("fingers", [2, 3, 10])
+@pytest.mark.parametrize("fingers", [2, 3, 10, 30, 100])
 def test_more_fingers(fingers: int) -> None:
     problem = thenar.library.glr.problem(fingers=fingers)
     assert thenar.synthesize(problem, "symbolic").size.states == glr_states(fingers)

@@ -263,6 +263,7 @@ void bind_symbolic(nb::module_& m) {
       nb::gil_scoped_release free;
       if (method == "force") order = force(g, std::move(order), ticker);
       else if (method == "cuthill_mckee") order = cuthill_mckee(g);
+      else if (method == "dissection") order = dissection(g, ticker);
       else if (method == "sloan") order = sloan(g);
       else if (method == "sliding_window") order = sliding_window(g, std::move(order), ticker);
     }

@@ -1,5 +1,6 @@
 #include "order.hpp"
 
+#include <array>
 #include <numeric>
 #include <queue>
 
@@ -247,6 +248,114 @@ Order sliding_window(const Hypergraph& g, Order order, Ticker& ticker) {
     for (u32 k = 0; k < width; ++k) at[order[lo + k] = best[k]] = lo + k;
   }
   return order;
+}
+
+namespace {
+
+// Few vertices that hold the rest together go first; what then falls apart is ordered part by part.
+class Dissection {
+ public:
+  Dissection(const Hypergraph& g, Ticker& ticker) : g_(g), ticker_(ticker), local_(g.n_vertices, kNone) {}
+  Order order;
+
+  void operator()(const std::vector<u32>& vertices) {
+    const u64 n = vertices.size();
+    // A large edge is long in any order and says little: without the largest ones more falls apart.
+    for (u64 most = n; ; most = std::max<u64>(kShort, most / 2)) {
+      std::vector<u32> rest = vertices, hubs;
+      Hypergraph part = restricted(rest, most);
+      std::vector<std::vector<u32>> pieces = components(part, rest);
+      const u64 few = n > kSmall ? std::clamp<u64>(n / 8, 2, 24) : 0;
+      while (2 * largest(pieces) > n && hubs.size() < few && most < n) {
+        ticker_.tick(part.members.size() * 4, 0, 0);
+        const Graph2 graph(part);
+        u32 hub = 0;
+        for (u32 v = 1; v < part.n_vertices; ++v)
+          if (graph.degree(v) > graph.degree(hub)) hub = v;
+        hubs.push_back(rest[hub]);
+        rest.erase(rest.begin() + hub);
+        part = restricted(rest, most);
+        pieces = components(part, rest);
+      }
+      const bool falls_apart = most == n ? pieces.size() > 1 : n > kSmall && 2 * largest(pieces) <= n;
+      if (falls_apart) {
+        order.insert(order.end(), hubs.begin(), hubs.end());
+        for (const auto& piece : pieces) (*this)(piece);
+        return;
+      }
+      if (n <= kSmall || most == kShort) break;
+    }
+    leaf(vertices);
+  }
+
+ private:
+  static constexpr u64 kSmall = 12, kShort = 6;
+  static u64 largest(const std::vector<std::vector<u32>>& pieces) {
+    u64 size = 0;
+    for (const auto& piece : pieces) size = std::max<u64>(size, piece.size());
+    return size;
+  }
+  // The edges of at most so many members within `vertices`, numbered as they are there.
+  Hypergraph restricted(const std::vector<u32>& vertices, u64 most) {
+    for (u32 k = 0; k < vertices.size(); ++k) local_[vertices[k]] = k;
+    Hypergraph part{static_cast<u32>(vertices.size()), {0}, {}};
+    for (u64 e = 0; e < g_.n_edges(); ++e) {
+      const u64 first = part.members.size();
+      for (i64 k = g_.offsets[e]; k < g_.offsets[e + 1]; ++k)
+        if (const u32 v = local_[g_.members[k]]; v != kNone) part.members.push_back(v);
+      const u64 size = part.members.size() - first;
+      if (size < 2 || size > most) part.members.resize(first);
+      else part.offsets.push_back(static_cast<i64>(part.members.size()));
+    }
+    for (u32 v : vertices) local_[v] = kNone;
+    return part;
+  }
+  static std::vector<std::vector<u32>> components(const Hypergraph& part, const std::vector<u32>& vertices) {
+    std::vector<u32> root(part.n_vertices);
+    std::iota(root.begin(), root.end(), 0);
+    auto find = [&](u32 v) {
+      while (root[v] != v) v = root[v] = root[root[v]];
+      return v;
+    };
+    for (u64 e = 0; e < part.n_edges(); ++e)
+      for (i64 k = part.offsets[e] + 1; k < part.offsets[e + 1]; ++k) {
+        const u32 a = find(part.members[k - 1]), b = find(part.members[k]);
+        root[std::max(a, b)] = std::min(a, b);
+      }
+    std::vector<std::vector<u32>> pieces;
+    std::vector<u32> piece(part.n_vertices, kNone);
+    for (u32 v = 0; v < part.n_vertices; ++v) {
+      const u32 r = find(v);
+      if (piece[r] == kNone) piece[r] = static_cast<u32>(pieces.size()), pieces.emplace_back();
+      pieces[piece[r]].push_back(vertices[v]);
+    }
+    return pieces;
+  }
+  void leaf(const std::vector<u32>& vertices) {
+    const Hypergraph part = restricted(vertices, vertices.size());
+    Order start(part.n_vertices);
+    std::iota(start.begin(), start.end(), 0);
+    Order best;
+    for (Order& found : std::array{force(part, start, ticker_), sloan(part), cuthill_mckee(part)}) {
+      found = sliding_window(part, std::move(found), ticker_);
+      if (best.empty() || total_span(part, found) < total_span(part, best)) best = std::move(found);
+    }
+    for (u32 v : best) order.push_back(vertices[v]);
+  }
+
+  const Hypergraph& g_;
+  Ticker& ticker_;
+  std::vector<u32> local_;
+};
+
+}  // namespace
+
+Order dissection(const Hypergraph& g, Ticker& ticker) {
+  Order all(g.n_vertices);
+  std::iota(all.begin(), all.end(), 0);
+  Dissection dissect(g, ticker);
+  dissect(all);
+  return std::move(dissect.order);
 }
 
 }  // namespace thenar

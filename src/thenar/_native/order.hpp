@@ -23,6 +23,7 @@ double weighted_span(const Hypergraph& g, const Order& order);
 Order force(const Hypergraph& g, Order order, Ticker& ticker);
 Order cuthill_mckee(const Hypergraph& g);
 Order sloan(const Hypergraph& g);
+Order dissection(const Hypergraph& g, Ticker& ticker);
 Order sliding_window(const Hypergraph& g, Order order, Ticker& ticker);
 
 }  // namespace thenar

@@ -12,7 +12,7 @@ from thenar.errors import InputError, did_you_mean
 
 __all__ = ["METHODS", "find_order"]
 
-METHODS = ("auto", "model", "force", "cuthill_mckee", "sloan")
+METHODS = ("auto", "model", "force", "cuthill_mckee", "sloan", "dissection")
 """How to order: the best of all, as the model lists them, or one heuristic."""
 
 
@@ -36,7 +36,7 @@ def find_order(n: int, edges: Iterable[Sequence[int]], method: str, tick: kernel
     def run(how: str, given: NDArray[np.uint32]) -> tuple[NDArray[np.uint32], float, float]:
         return kernel.order(n, offsets, members, how, given, tick)
 
-    names = ("force", "cuthill_mckee", "sloan") if method == "auto" else (method,)
+    names = METHODS[2:] if method == "auto" else (method,)
     found = [run(how, start)[0] for how in names]
     if method == "auto":
         found += [run("force", order)[0] for order in found[1:]]
