@@ -1,14 +1,20 @@
 """The native kernel where it is easy to get wrong: many events, wide states, long chains, limits, interrupts."""
 
 import _thread
+import signal
+import subprocess
+import sys
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import thenar
+from thenar._native import kernel
+from thenar.explicit.exploration import Exploration, ticker
 from thenar.model.automaton import Automaton
 from thenar.testing import oracle
 
@@ -263,3 +269,189 @@ def test_states_are_numbered_breadth_first_in_alphabet_order() -> None:
     for q in range(product.n_states):
         met += [t for _, t in product.row(q) if t not in met]
     assert met == list(range(product.n_states))
+
+
+def ladder(n: int) -> Automaton:
+    """Blocking that creeps down a ladder of n rungs: each removal makes one more state block, a round later."""
+    alphabet = thenar.Alphabet(["next", "go", "step", "back", thenar.Event("slip", controllable=False)])
+    hub, foot, rung = np.arange(n), n + np.arange(n + 1), 2 * n + 1 + np.arange(n)
+    edges = [
+        (hub[:-1], 0, hub[1:]),
+        (hub, 1, foot[:-1]),
+        (foot[:-1], 2, rung),  # the last foot has no way on
+        (rung, 3, np.zeros(n, int)),
+        (rung, 4, foot[1:]),
+    ]
+    source = np.concatenate([s for s, _, _ in edges])
+    event = np.concatenate([np.full(len(s), e) for s, e, _ in edges])
+    order = np.lexsort((event, source))
+    offsets = np.concatenate(([0], np.cumsum(np.bincount(source, minlength=3 * n + 1))))
+    target = np.concatenate([t for _, _, t in edges])[order]
+    marked = np.arange(3 * n + 1) < n
+    return Automaton.from_arrays(alphabet, offsets, event[order], target, marked=marked, name="LADDER")
+
+
+def test_many_rounds_of_blocking_take_linear_time() -> None:
+    """A look at all states in each of the 100 000 rounds would take minutes."""
+    n = 100_000
+    assert thenar.supcon(ladder(n), []).n_states == n
+
+
+@pytest.mark.parametrize("n", [1, 2, 5, 6, 7, 30])
+def test_many_rounds_of_blocking_leave_what_the_oracle_leaves(n: int, tmp_path: Path) -> None:
+    """From the sixth round on only what a removal touches is looked at again."""
+    result = thenar.synthesize(thenar.Problem(ladder(n)))
+    assert oracle.isomorphic(result.supervisor.automaton, oracle.supcon([ladder(n)], []))
+    path = tmp_path / "ladder.cert"
+    path.write_bytes(thenar.certificate(result))
+    assert thenar.verify(path)
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        pytest.param(toggles(8), toggles_named("U", 8), id="an array by index"),
+        pytest.param(token_ring(14), toggles(12), id="slots by a short key"),
+        pytest.param(token_ring(24), toggles(12), id="slots by index"),
+        pytest.param(token_ring(40), toggles(12), id="slots by a long key"),
+    ],
+)
+def test_all_ways_to_remember_states_agree(one: list[Automaton], other: list[Automaton]) -> None:
+    """The same product of two halves that were multiplied out before has other keys and other tables."""
+    product = thenar.sync(*one, *other)
+    halves = thenar.sync(thenar.sync(*one), thenar.sync(*other))
+    for name in ("offsets", "events", "targets", "marked"):
+        assert np.array_equal(getattr(product, name), getattr(halves, name))
+
+
+def explored(*parts: Automaton) -> Exploration:
+    return Exploration(parts, (), thenar.Alphabet(e for a in parts for e in a.alphabet), ticker())
+
+
+def test_a_stored_transition_takes_at_most_eight_bytes() -> None:
+    problem = thenar.library.model("transfer_line(3)")
+    exploration = Exploration(problem.plants, problem.specs, problem.alphabet, ticker())
+    tables = 1 << 18  # what a product of this size spends on its components does not grow with it
+    assert exploration.native.bytes - tables <= 8 * exploration.native.n_transitions
+
+
+def test_the_limit_of_bytes_counts_what_follows_the_exploration() -> None:
+    native = explored(*toggles(12)).native
+    little_more = ticker(thenar.Limits(bytes=native.bytes + 1000))
+    with pytest.raises(thenar.LimitReached, match="bytes"):
+        native.fixpoint(little_more)
+    with pytest.raises(thenar.LimitReached, match="bytes"):
+        native.extract(little_more)
+
+
+def graph(n: int, k: int) -> tuple[Automaton, np.ndarray]:
+    """n states with at most k transitions anywhere, and the mask of its last state."""
+    rng = np.random.default_rng(5)
+    there = rng.random((n, k)) < 0.8
+    alphabet = thenar.Alphabet([f"e{i}" for i in range(k)])
+    offsets = np.concatenate(([0], np.cumsum(there.sum(axis=1))))
+    events = np.tile(np.arange(k), (n, 1))[there]
+    last = np.arange(n) == n - 1
+    a = Automaton.from_arrays(alphabet, offsets, events, rng.integers(0, n, (n, k))[there], marked=last)
+    return a, last.astype(np.uint8)
+
+
+def forgetful(n: int) -> Automaton:
+    """The n-th symbol from the end, which a projection that hides h must guess: 2^n sets."""
+    lines = [("0", "a", "0"), ("0", "b", "0"), ("0", "h", "1")]
+    lines += [(str(k), e, str(k + 1)) for k in range(1, n) for e in "ab"]
+    return Automaton.from_transitions(lines, initial="0", marked=[str(n)])
+
+
+def work(name: str) -> Callable[[kernel.Ticker], object]:
+    """Return something that keeps one kernel busy for a while."""
+    if name == "explore":
+        components = [(a, k) for k, a in enumerate(toggles(30))]
+        own = [np.repeat(np.arange(30) == k, 2).astype(np.uint8) for _, k in components]
+        parts = [
+            kernel.Component(a.offsets, a.events + 2 * k, a.targets, a.marked.astype(np.uint8), own[k], 0, True)
+            for a, k in components
+        ]
+        return lambda tick: kernel.explore(parts, np.zeros(60, np.uint8), tick)
+    if name in ("fixpoint", "extract", "path"):
+        native = explored(*toggles(18)).native
+        nowhere, everywhere = np.zeros(native.n_states, np.uint8), np.ones(native.n_states, np.uint8)
+        native.fixpoint(ticker())
+        return {
+            "fixpoint": native.fixpoint,
+            "extract": native.extract,
+            "path": lambda tick: native.path(0, nowhere, everywhere, False, tick),
+        }[name]
+    if name == "project":
+        a = forgetful(24)
+        hidden = np.array([e.name == "h" for e in a.alphabet], np.uint8)
+        marked = a.marked.astype(np.uint8)
+        return lambda tick: kernel.project(a.offsets, a.events, a.targets, 3, 0, marked, hidden, tick)
+    a, last = graph(200_000, 4)
+    return {
+        "minimize": lambda tick: kernel.minimize(a.offsets, a.events, a.targets, 4, last, tick),
+        "distance_to": lambda tick: kernel.distance_to(a.offsets, a.events, a.targets, last, tick),
+        "shortest_path": lambda tick: kernel.shortest_path(a.offsets, a.events, a.targets, 0, last * 0, tick),
+        "random_reads": lambda tick: kernel.random_reads(1 << 20, 1 << 26, tick),
+        "stream": lambda tick: kernel.stream(1 << 24, tick),
+    }[name]
+
+
+def repeat(run: Callable[[kernel.Ticker], object], tick: kernel.Ticker) -> None:
+    """Use one ticker for all repetitions: a quick kernel ends before it looks up."""
+    while True:
+        run(tick)
+
+
+KERNELS = [
+    "explore",
+    "fixpoint",
+    "extract",
+    "path",
+    "project",
+    "minimize",
+    "distance_to",
+    "shortest_path",
+    "random_reads",
+    "stream",
+]
+
+
+@pytest.mark.parametrize("name", KERNELS)
+def test_every_kernel_reports_progress_and_can_be_stopped_by_it(name: str) -> None:
+    def enough(states: int, transitions: int) -> None:
+        raise RuntimeError("enough")
+
+    with pytest.raises(RuntimeError, match="enough"):
+        repeat(work(name), ticker(progress=enough))
+
+
+@pytest.mark.parametrize("name", KERNELS)
+def test_every_kernel_stops_at_the_limit_of_seconds(name: str) -> None:
+    with pytest.raises(thenar.LimitReached, match="seconds"):
+        repeat(work(name), ticker(thenar.Limits(seconds=0.02)))
+
+
+@pytest.mark.parametrize("name", KERNELS)
+def test_every_kernel_heeds_ctrl_c(name: str) -> None:
+    """The promise is 0.2 s; the bound leaves room for a busy machine."""
+    script = f"""
+import runpy, signal
+from thenar.explicit.exploration import ticker
+signal.signal(signal.SIGINT, signal.default_int_handler)
+run = runpy.run_path({str(Path(__file__))!r})["work"]({name!r})
+print("ready", flush=True)
+try:
+    while True:
+        run(ticker())
+except KeyboardInterrupt:
+    print("interrupted", flush=True)
+"""
+    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True) as child:
+        assert child.stdout is not None
+        assert child.stdout.readline() == "ready\n"
+        time.sleep(0.1)
+        asked = time.monotonic()
+        child.send_signal(signal.SIGINT)
+        assert child.stdout.readline() == "interrupted\n"
+        assert time.monotonic() - asked < 1

@@ -16,6 +16,7 @@ from thenar.errors import InputError
 from thenar.io import dumps, load, loads, save
 from thenar.model.automaton import Automaton
 from thenar.model.events import Alphabet
+from thenar.model.problem import Problem
 
 MACHINE = """
 name = "machine"
@@ -104,6 +105,7 @@ def test_an_automaton_needs_no_events() -> None:
 
 def test_the_grasp_lift_replace_model_loads(glr: Path) -> None:
     problem = load(glr)
+    assert isinstance(problem, Problem)
     assert (
         repr(problem) == "Problem 'grasp_lift_replace': 2 plants, 5 specs, 28 events (6 uncontrollable)"
     )  # sizes: README of the model
@@ -123,7 +125,9 @@ def test_the_grasp_lift_replace_model_loads(glr: Path) -> None:
 def test_standard_input_tells_its_format_by_itself(format: str, monkeypatch: pytest.MonkeyPatch) -> None:
     text = dumps(loads(MACHINE), format)
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(b"\xef\xbb\xbf\n" + text.encode())))
-    assert dumps(load("-"), format) == text
+    problem = load("-")
+    assert isinstance(problem, Problem)
+    assert dumps(problem, format) == text
 
 
 def test_endings_may_be_in_capitals(tmp_path: Path) -> None:
@@ -182,7 +186,9 @@ def large() -> Automaton:
 def test_a_hundred_thousand_transitions_load_in_two_seconds(format: str, large: Automaton, tmp_path: Path) -> None:
     save(large, tmp_path / f"large.{format}")
     start = time.process_time()
-    assert load(tmp_path / f"large.{format}").plants[0].n_transitions == 100_000
+    problem = load(tmp_path / f"large.{format}")
+    assert isinstance(problem, Problem)
+    assert problem.plants[0].n_transitions == 100_000
     assert time.process_time() - start < 2.0
 
 

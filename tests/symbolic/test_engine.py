@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 from random import Random
 
 import numpy as np
@@ -17,6 +18,7 @@ from thenar.model.limits import Limits
 from thenar.symbolic import encode
 from thenar.symbolic.order import METHODS
 from thenar.synthesis.api import SynthesisResult
+from thenar.synthesis.certificate import statement
 from thenar.testing import extended_oracle
 from thenar.testing.random_models import random_extended_problem, random_problem
 
@@ -55,7 +57,26 @@ def test_extended_problems_are_solved_as_the_oracle_does(seeds: range) -> None:
         assert fast is not None
         assert fast.n_states == slow.n_states
         assert fast.reachable.count() == len(extended_oracle.explore(problem).states)
-        assert fast.controlled.is_everything or bool(fast.controlled) == bool(slow)
+        listed = thenar.synthesize(problem, "explicit")
+        assert listed.size == (fast.n_states, fast.n_transitions)
+        assert bool(listed) == bool(slow) == (not fast.is_empty)
+
+
+def test_an_extended_problem_is_explained_and_certified_by_its_states(tmp_path: Path) -> None:
+    cat, mouse = (
+        Automaton.from_transitions([f"a -{n}_b-> b -{n}_a-> a"], initial=i, marked=["a", "b"], name=n.upper())
+        for n, i in (("cat", "a"), ("mouse", "b"))
+    )
+    apart = thenar.invariant("not (CAT.a and MOUSE.a) and not (CAT.b and MOUSE.b)")
+    problem = thenar.ExtendedProblem([cat, mouse], [apart, thenar.needs("cat_b", "MOUSE.a")], name="apart")
+    result = thenar.synthesize(problem, "explicit")
+    assert result.size == (1, 0)  # each would walk in on the other
+    why = thenar.explain_disabled(result, "mouse_a")
+    assert why.verdict == "uncontrollable"
+    assert "requirement" in str(why)
+    certificate = tmp_path / "apart.cert"
+    certificate.write_bytes(thenar.certificate(result))
+    assert thenar.verify(certificate, statement(result.plain))
 
 
 @pytest.mark.parametrize("method", METHODS)

@@ -12,6 +12,7 @@
 #include "bindings.hpp"
 #include "explore.hpp"
 #include "graph.hpp"
+#include "machine.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -98,7 +99,14 @@ NB_MODULE(kernel, m) {
             });
           },
           "states"_a = nb::none(), "transitions"_a = nb::none(), "bytes"_a = nb::none(), "seconds"_a = nb::none(),
-          "progress"_a = nb::none());
+          "progress"_a = nb::none())
+      .def(
+          "look",
+          [](Ticker& ticker, u64 states, u64 transitions) {
+            ticker.check(states, transitions, 0);
+            ticker.tick(1 << 15, states, transitions);
+          },
+          "states"_a, "transitions"_a);
 
   nb::class_<PyComponent>(m, "Component")
       .def(
@@ -113,6 +121,7 @@ NB_MODULE(kernel, m) {
   nb::class_<PyExploration>(m, "Exploration")
       .def_prop_ro("n_states", [](const PyExploration& x) { return x.self->n_states(); })
       .def_prop_ro("n_transitions", [](const PyExploration& x) { return x.self->n_transitions(); })
+      .def_prop_ro("bytes", [](const PyExploration& x) { return x.self->bytes(); })
       .def_prop_ro("layout",
                    [](const PyExploration& x) {
                      const Layout& l = x.self->layout();
@@ -237,4 +246,12 @@ NB_MODULE(kernel, m) {
                               give(std::move(p.marked)), give(std::move(p.member_offsets)), give(std::move(p.members)));
       },
       "offsets"_a, "events"_a, "targets"_a, "n_events"_a, "initial"_a, "marked"_a, "hidden"_a, "ticker"_a);
+  m.def("random_reads", &random_reads, "n_words"_a, "n_reads"_a, "ticker"_a, nb::call_guard<nb::gil_scoped_release>());
+  m.def(
+      "stream",
+      [](u64 n_words, Ticker& ticker) {
+        const Stream s = stream(n_words, ticker);
+        return std::make_pair(s.touch, s.read);
+      },
+      "n_words"_a, "ticker"_a, nb::call_guard<nb::gil_scoped_release>());
 }

@@ -2,163 +2,39 @@
 
 #include <string>
 
-#include "product.hpp"
-
-#ifdef __linux__
-#include <sys/mman.h>
-#endif
+#include "visited.hpp"
 
 namespace thenar {
 namespace {
 
-// Memory for random access: on Linux backed by large pages, which halve the cost of a miss.
-template <class T>
-class Table {
- public:
-  void reset(u64 n) {
-    constexpr u64 kLargePage = u64{2} << 20;
-    std::free(data_);
-    data_ = nullptr;
-    size_ = n;
-    const u64 bytes = n * sizeof(T);
-    const u64 align = bytes >= kLargePage ? kLargePage : 64;
-    data_ = static_cast<T*>(std::aligned_alloc(align, (bytes + align - 1) / align * align));
-    if (!data_) throw std::bad_alloc();
-#ifdef MADV_HUGEPAGE
-    if (align == kLargePage) madvise(static_cast<void*>(data_), bytes, MADV_HUGEPAGE);
-#endif
-  }
-  Table() = default;
-  Table(const Table&) = delete;
-  Table& operator=(const Table&) = delete;
-  ~Table() { std::free(data_); }
-  T& operator[](u64 k) { return data_[k]; }
-  const T& operator[](u64 k) const { return data_[k]; }
-  u64 size() const { return size_; }
-
- private:
-  T* data_ = nullptr;
-  u64 size_ = 0;
-};
-
-// Product states by key, open addressing with linear probing; the key lies in the slot, so that a probe
-// costs one cache miss. `Slim` keys fit 32 bits: touching half the memory is worth a type of its own.
-template <int W, bool Slim>
-class Visited {
- public:
-  void reserve(u64 n, const Key<W>* keys, u64 n_keys, u64 n_transitions, Ticker& ticker) {
-    if (n * 5 <= slots_.size() * 3) return;  // load at most 0.6
-    const u64 size = std::max<u64>(64, std::bit_ceil(n * 2));
-    slots_.reset(size);
-    for (u64 h = 0; h < size; ++h) slots_[h].id = kNone;
-    mask_ = size - 1;
-    constexpr u64 kAhead = 16;
-    for (u64 k = 0; k < n_keys; ++k) {
-      if (k + kAhead < n_keys) prefetch(hash(keys[k + kAhead]));
-      u64 h = hash(keys[k]) & mask_;
-      while (slots_[h].id != kNone) h = (h + 1) & mask_;
-      slots_[h] = {stored(keys[k]), static_cast<u32>(k)};
-      ticker.tick(1, n_keys, n_transitions);
-    }
-  }
-  void prefetch(u64 h) const { __builtin_prefetch(&slots_[h & mask_]); }
-  // Return the number of `key`, `next` if it is new.
-  u32 find_or_insert(const Key<W>& key, u64 h, u32 next) {
-    for (h &= mask_;; h = (h + 1) & mask_) {
-      Slot& slot = slots_[h];
-      if (slot.id == kNone) {
-        slot = {stored(key), next};
-        return next;
-      }
-      if (slot.key == stored(key)) return slot.id;
-    }
-  }
-  u64 bytes() const { return slots_.size() * sizeof(Slot); }
-
- private:
-  using Stored = std::conditional_t<Slim, u32, Key<W>>;
-  struct Slot {
-    Stored key;
-    u32 id;
-  };
-  static Stored stored(const Key<W>& key) {
-    if constexpr (Slim) return static_cast<u32>(key.w[0]);
-    else return key;
-  }
-  Table<Slot> slots_;
-  u64 mask_ = 0;
-};
-
-template <int W, bool Slim = false>
+template <class K>
 class Explorer final : public Exploration {
  public:
-  Explorer(std::vector<Component> components, std::vector<u8> uncontrollable, Layout layout)
-      : components_(std::move(components)), product_(components_, uncontrollable, layout) {
-    layout_ = std::move(layout);
-    uncontrollable_ = std::move(uncontrollable);
-  }
+  Explorer(std::vector<Component> components, std::vector<u8> uncontrollable, Packing packing)
+      : Exploration(packing.layout, std::move(uncontrollable)),
+        components_(std::move(components)),
+        product_(components_, uncontrollable_, packing) {}
 
   void run(Ticker& ticker) override {
-    constexpr u64 kBlock = 512;             // successors in flight, enough to hide the latency of memory
-    struct Successor {
-      Key<W> key;
-      u64 hash, slot;
-    };
-    const u64 n_words = product_.event_words(), n_events = uncontrollable_.size();
-    std::vector<u64> plant(n_words), spec(n_words);
-    std::vector<Successor> block(kBlock + n_events);
-    Visited<W, Slim> visited;
-    visited.reserve(1, nullptr, 0, 0, ticker);
-    visited.find_or_insert(product_.initial(), hash(product_.initial()), 0);
-    keys_.push(product_.initial());
-
-    while (row_of_.size() < keys_.size()) {
-      visited.reserve(keys_.size() + kBlock + n_events, keys_.data(), keys_.size(), targets_.size(), ticker);
-      u64 n = 0;
-      for (u64 x = row_of_.size(); x < keys_.size() && n < kBlock; ++x) {  // generate and prefetch
-        const Key<W> key = keys_[x];
-        const auto marked = product_.enabled(key, plant.data(), spec.data());
-        bool illegal = false;
-        u64 degree = 0, n_free = 0;
-        marked_.push(marked.plants && marked.specs);
-        for (u64 w = 0; w < n_words; ++w) {
-          const u64 free = product_.uncontrollable()[w], both = plant[w] & spec[w];
-          illegal |= (plant[w] & ~spec[w] & free) != 0;
-          degree += std::popcount(both);
-          n_free += std::popcount(both & free);
-        }
-        illegal_.push(illegal);
-        if (illegal) degree = n_free = 0;
-        const u64 begin = targets_.size();
-        row_of_.push(begin);
-        n_free_.push(static_cast<u32>(n_free));
-        targets_.extend(degree);
-        if (illegal) continue;
-        u64 next_free = begin, next = begin + n_free;
-        for (u64 w = 0; w < n_words; ++w) {
-          const u64 free = product_.uncontrollable()[w];
-          for (u64 events = plant[w] & spec[w]; events; events &= events - 1) {
-            const u64 bit = static_cast<u64>(std::countr_zero(events));
-            Successor& s = block[n++];
-            s.key = product_.after(key, w * 64 + bit);
-            s.hash = hash(s.key);
-            s.slot = free >> bit & 1 ? next_free++ : next++;
-            visited.prefetch(s.hash);
-          }
-        }
-      }
-      for (u64 k = 0; k < n; ++k) {  // probe, in the order of generation: that numbers the states breadth-first
-        const Successor& s = block[k];
-        const u32 fresh = static_cast<u32>(keys_.size());
-        const u32 id = visited.find_or_insert(s.key, s.hash, fresh);
-        if (id == fresh) keys_.push(s.key);
-        targets_[s.slot] = id;
-      }
-      const u64 bytes = product_.bytes() + visited.bytes() + keys_.bytes() + row_of_.bytes() + targets_.bytes() +
-                        n_free_.bytes();
-      ticker.check(keys_.size(), targets_.size(), bytes);
-      ticker.tick(n + 64, keys_.size(), targets_.size());
+    const u64 most = kBlock + uncontrollable_.size();  // states that a block can add
+    Visited<K> visited(product_);
+    const K& start = product_.initial();
+    visited.template find_or_insert<By::key>(start, 0, visited.template prefetch<By::key>(start, 0), 0);
+    keys_.push(start);
+    successors_.resize(most);
+    masks_.resize(2 * product_.event_words());
+    while (n_states() < keys_.size()) {
+      const u64 n_keys = keys_.size(), m = n_transitions();
+      const u64 growth = visited.growth(n_keys + most);
+      ticker.check(n_keys, m, bytes() + visited.bytes() + growth);
+      if (growth) visited.grow(n_keys + most, keys_.data(), n_keys, m, ticker);
+      const u64 done = step(visited);
+      ticker.tick(done, keys_.size(), n_transitions());
     }
+    successors_ = {};
+    keys_.fit();
+    rows_.fit();
+    ticker.check(n_states(), n_transitions(), bytes());
   }
 
   void row(u32 state, Scratch& scratch) const override {
@@ -167,16 +43,18 @@ class Explorer final : public Exploration {
     scratch.plant.resize(product_.event_words());
     scratch.spec.resize(product_.event_words());
     product_.enabled(keys_[state], scratch.plant.data(), scratch.spec.data());
-    u64 next_free = row_of_[state], next = next_free + n_free_[state];
+    u64 next_free = rows_.begin(state), next = rows_.free_end(state);
     for (u64 w = 0; w < scratch.plant.size(); ++w)
       for (u64 events = scratch.plant[w] & scratch.spec[w]; events; events &= events - 1) {
         const u64 bit = static_cast<u64>(std::countr_zero(events));
         const bool free = product_.uncontrollable()[w] >> bit & 1;
-        scratch.row.push_back({static_cast<i32>(w * 64 + bit), targets_[free ? next_free++ : next++]});
+        scratch.row.push_back({static_cast<i32>(w * 64 + bit), rows_.targets[free ? next_free++ : next++]});
       }
   }
 
-  const u64* keys() const override { return keys_.size() ? keys_.data()->w : nullptr; }
+  const void* keys() const override { return keys_.data(); }
+  u64 bytes() const override { return Exploration::bytes() + product_.bytes() + keys_.bytes(); }
+  u32 key_bytes() const override { return sizeof(typename K::Word); }
 
   std::vector<u8> conflict(Ticker& ticker) const override {
     std::vector<u8> needed(components_.size());
@@ -204,17 +82,17 @@ class Explorer final : public Exploration {
       stack.pop_back();
       const auto why = static_cast<Reason>(reason[x]);
       if (why == Reason::uncontrollable) {
-        const u64 end = row_of_[x] + n_free_[x];
-        for (u64 k = row_of_[x]; k < end; ++k)
-          if (const u32 y = targets_[k]; rank[y] >= 0 && rank[y] < rank[x]) {
+        const u64 end = rows_.free_end(x);
+        for (u64 k = rows_.begin(x); k < end; ++k)
+          if (const u32 y = rows_.targets[k]; rank[y] >= 0 && rank[y] < rank[x]) {
             follow(y);
             break;
           }
         continue;
       }
-      const Key<W>& key = keys_[x];
+      const K& key = keys_[x];
       auto at = [&](u64 c) { return key.w[layout_.words[c]] >> layout_.shifts[c] & low_bits(layout_.bits[c]); };
-      const auto marked = product_.enabled(key, scratch.plant.data(), scratch.spec.data());
+      const Look look = product_.enabled(key, scratch.plant.data(), scratch.spec.data());
       auto forbid = [&](u64 w, u64 events) {
         const u64 event = w * 64 + static_cast<u64>(std::countr_zero(events));
         blame([&](u64 c) { return components_[c].own[event] && !defined(components_[c].graph, at(c), event); });
@@ -231,22 +109,22 @@ class Explorer final : public Exploration {
         }
       }
       if (why == Reason::blocking) {
-        if (marked.plants) blame([&](u64 c) { return !components_[c].marked[at(c)]; });
-        for (u64 k = row_of_[x]; k < row_end(x); ++k) follow(targets_[k]);
+        if (look.plants_marked) blame([&](u64 c) { return !components_[c].marked[at(c)]; });
+        for (u64 k = rows_.begin(x); k < rows_.end(x); ++k) follow(rows_.targets[k]);
       }
-      ticker.tick(row_end(x) - row_of_[x] + 1, n_states(), n_transitions());
+      ticker.tick(rows_.end(x) - rows_.begin(x) + 1, n_states(), n_transitions());
     }
     return needed;
   }
 
  protected:
   void disabled(u32 state, const Bits& alive, const Scratch& scratch, std::vector<i32>& out) const override {
-    u64 next = row_of_[state] + n_free_[state];
+    u64 next = rows_.free_end(state);
     for (u64 w = 0; w < scratch.plant.size(); ++w)
       for (u64 events = scratch.plant[w] & ~product_.uncontrollable()[w]; events; events &= events - 1) {
         const u64 bit = static_cast<u64>(std::countr_zero(events));
         const bool allowed = scratch.spec[w] >> bit & 1;
-        if (!allowed || !alive[targets_[next++]]) out.push_back(static_cast<i32>(w * 64 + bit));
+        if (!allowed || !alive[rows_.targets[next++]]) out.push_back(static_cast<i32>(w * 64 + bit));
       }
   }
 
@@ -255,28 +133,102 @@ class Explorer final : public Exploration {
     return std::binary_search(g.events + g.offsets[state], g.events + g.offsets[state + 1], static_cast<i32>(event));
   }
 
+  struct Successor {
+    K key;
+    u32 index, slot;  // slot of its target in the block
+    u64 place;  // where to look for it
+  };
+  static constexpr u64 kBlock = 256;  // successors in flight, enough to hide the latency of memory
+
+  u64 step(Visited<K>& visited) {
+    const bool narrow = K::kWords == 1 && product_.event_words() == 1;  // the common case is worth code of its own
+    switch (visited.by()) {
+      case By::key: return narrow ? block<K::kWords == 1, By::key>(visited) : block<false, By::key>(visited);
+      case By::index: return narrow ? block<K::kWords == 1, By::index>(visited) : block<false, By::index>(visited);
+      default: return narrow ? block<K::kWords == 1, By::address>(visited) : block<false, By::address>(visited);
+    }
+  }
+
+  // Expand some states: generate successors and prefetch, then look them up. Return the work done.
+  template <bool Narrow, By by>
+  u64 block(Visited<K>& visited) {
+    const u64 n_words = Narrow ? 1 : product_.event_words(), first = n_states(), begin = n_transitions();
+    const u64* const uncontrollable = product_.uncontrollable();
+    keys_.room(successors_.size());
+    u32* const targets = rows_.targets.room(successors_.size());
+    K* const keys = keys_.data();
+    u64 narrow[2];
+    u64* const plant = Narrow ? narrow : masks_.data();
+    u64* const spec = plant + n_words;
+    const u64 last = std::min(keys_.size(), first + kBlock);
+    Successor* successor = successors_.data();
+    u64 n = 0, x = first;
+    for (; x < last && n < kBlock; ++x) {
+      const K key = keys[x];
+      const Look look = product_.template enabled<Narrow, by != By::key>(key, plant, spec);
+      u64 breaks = 0, degree = 0, n_free = 0;
+      for (u64 w = 0; w < n_words; ++w) {
+        const u64 free = uncontrollable[w], both = plant[w] & spec[w];
+        breaks |= plant[w] & ~spec[w] & free;
+        degree += count_ones(both);
+        n_free += count_ones(both & free);
+      }
+      illegal_.push(breaks != 0);
+      marked_.push(look.plants_marked && look.specs_marked);
+      if (breaks) degree = n_free = 0;
+      rows_.push(begin + n, n_free);
+      u32 slot[2] = {static_cast<u32>(n + n_free), static_cast<u32>(n)};  // of the next target, by who controls it
+      n += degree;
+      for (u64 w = 0; w < n_words; ++w) {
+        const u64 free = uncontrollable[w];
+        for (u64 events = breaks ? 0 : plant[w] & spec[w]; events; events &= events - 1) {
+          const u64 bit = static_cast<u64>(std::countr_zero(events));
+          successor->index = look.index;
+          successor->key = product_.after(key, w * 64 + bit, successor->index);
+          successor->slot = slot[free >> bit & 1]++;
+          successor->place = visited.template prefetch<by>(successor->key, successor->index);
+          ++successor;
+        }
+      }
+    }
+    rows_.targets.take(n);
+    u32 fresh = static_cast<u32>(keys_.size());
+    const Successor* const end = successor;
+    for (const Successor* s = successors_.data(); s < end; ++s) {  // in this order: it numbers breadth-first
+      const u32 id = visited.template find_or_insert<by>(s->key, s->index, s->place, fresh);
+      if (id == fresh) keys[fresh++] = s->key;
+      targets[s->slot] = id;
+    }
+    keys_.take(fresh - keys_.size());
+    return n + x - first;
+  }
+
   std::vector<Component> components_;
-  Product<W> product_;
-  Buffer<Key<W>> keys_;
+  Product<K> product_;
+  Buffer<K> keys_;
+  std::vector<Successor> successors_;
+  std::vector<u64> masks_;
 };
 
 }  // namespace
 
 std::unique_ptr<Exploration> Exploration::make(std::vector<Component> components, std::vector<u8> uncontrollable) {
-  Layout layout = pack(components);
+  Packing packing = pack(components, uncontrollable.size());
+  const Layout& layout = packing.layout;
   const u32 n = layout.n_words;
-  bool slim = n == 1;
-  for (u64 c = 0; c < components.size(); ++c) slim &= layout.shifts[c] + layout.bits[c] <= 32;
-  auto build = [&]<int W, bool Slim = false>() -> std::unique_ptr<Exploration> {
-    layout.n_words = W;
-    return std::make_unique<Explorer<W, Slim>>(std::move(components), std::move(uncontrollable), std::move(layout));
+  bool slim = n == 1;  // touching half the memory is worth a type of its own
+  for (u64 c = 0; c < components.size(); ++c) slim &= layout.bits[c] == 0 || layout.shifts[c] + layout.bits[c] <= 32;
+  auto build = [&]<class Word, int W>() -> std::unique_ptr<Exploration> {
+    packing.layout.n_words = W;
+    return std::make_unique<Explorer<Key<Word, W>>>(std::move(components), std::move(uncontrollable),
+                                                    std::move(packing));
   };
-  if (slim) return build.operator()<1, true>();
-  if (n <= 1) return build.operator()<1>();
-  if (n <= 2) return build.operator()<2>();
-  if (n <= 4) return build.operator()<4>();
-  if (n <= 16) return build.operator()<16>();
-  if (n <= 64) return build.operator()<64>();
+  if (slim) return build.operator()<u32, 1>();
+  if (n <= 1) return build.operator()<u64, 1>();
+  if (n <= 2) return build.operator()<u64, 2>();
+  if (n <= 4) return build.operator()<u64, 4>();
+  if (n <= 16) return build.operator()<u64, 16>();
+  if (n <= 64) return build.operator()<u64, 64>();
   throw TooWide("a product state needs " + std::to_string(n * 64) + " bits; the explicit engine packs 4096");
 }
 

@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <stdexcept>
+#include <unordered_map>
 
 #include "common.hpp"
 
@@ -47,6 +48,43 @@ struct TooWide : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+// The transitions of the states, without their events.
+class Rows {
+ public:
+  explicit Rows(u64 n_events) : shift_(31 - static_cast<u32>(std::bit_width(n_events))) {}
+  u64 size() const { return low_.size(); }
+  u64 bytes() const {
+    return low_.bytes() + n_free_.bytes() + targets.bytes() + base_.size() * sizeof(u64) + wide_.size() * kNode;
+  }
+  u64 begin(u64 x) const { return base_[x >> shift_] + low_[x]; }
+  u64 end(u64 x) const { return x + 1 < low_.size() ? begin(x + 1) : targets.size(); }
+  u64 free_end(u64 x) const { return begin(x) + (n_free_[x] < kWide ? n_free_[x] : wide_.at(static_cast<u32>(x))); }
+
+  // The row of the next state begins here; `n_free` of its events are uncontrollable.
+  void push(u64 begin, u64 n_free) {
+    const u64 x = low_.size();
+    if ((x & ((u64{1} << shift_) - 1)) == 0) [[unlikely]] base_.push_back(begin);
+    if (n_free >= kWide) [[unlikely]] wide_[static_cast<u32>(x)] = static_cast<u32>(n_free);
+    low_.push(static_cast<u32>(begin - base_.back()));
+    n_free_.push(static_cast<u8>(std::min<u64>(n_free, kWide)));
+  }
+  void fit() {
+    low_.fit();
+    n_free_.fit();
+    targets.fit();
+  }
+  Buffer<u32> targets;  // each row: those of uncontrollable events first, then the others, each in alphabet order
+
+ private:
+  static constexpr u8 kWide = 255;
+  static constexpr u64 kNode = 48;  // bytes of an entry of wide_, about
+  u32 shift_;                       // so many rows that a difference of beginnings fits 32 bits
+  std::vector<u64> base_;           // where the row of each (1 << shift_)th state begins
+  Buffer<u32> low_;                 // where each row begins, from there
+  Buffer<u8> n_free_;               // how many of a row belong to uncontrollable events
+  std::unordered_map<u32, u32> wide_;  // the same where it is kWide or more
+};
+
 class Exploration {
  public:
   virtual ~Exploration() = default;
@@ -58,8 +96,9 @@ class Exploration {
   virtual void run(Ticker& ticker) = 0;
   // Put the transitions of one state, in the order of the alphabet, into `scratch.row`.
   virtual void row(u32 state, Scratch& scratch) const = 0;
-  // The state of every component, packed as in layout(); (n_states, n_words).
-  virtual const u64* keys() const = 0;
+  // The state of every component, packed as in layout(); (n_states, n_words) of 4 or 8 bytes each.
+  virtual const void* keys() const = 0;
+  virtual u32 key_bytes() const = 0;
   const Layout& layout() const { return layout_; }
 
   // Remove illegal states, states from which an uncontrollable event leads to a removed state, and states
@@ -74,27 +113,32 @@ class Exploration {
   bool path(u32 start, const u8* goal, const u8* inside, bool uncontrollable_only, Ticker& ticker,
             std::vector<i32>& events, std::vector<i64>& states) const;
 
-  u64 n_states() const { return row_of_.size(); }
-  u64 n_transitions() const { return targets_.size(); }
+  u64 n_states() const { return rows_.size(); }
+  u64 n_transitions() const { return rows_.targets.size(); }
+  // What it holds, but for what a computation needs while it runs.
+  virtual u64 bytes() const {
+    return rows_.bytes() + illegal_.bytes() + marked_.bytes() + rank.size() * sizeof(i32) + reason.size();
+  }
   const Bits& illegal() const { return illegal_; }
   std::vector<i32> rank;   // after fixpoint: -1 survives; otherwise larger than the rank of what it follows from
   std::vector<u8> reason;  // after fixpoint: a Reason
 
  protected:
+  Exploration(Layout layout, std::vector<u8> uncontrollable)
+      : layout_(std::move(layout)), uncontrollable_(std::move(uncontrollable)), rows_(uncontrollable_.size()) {}
   // Append the controllable events of `state`, just looked at by row(), that are forbidden or lead to a removed state.
   virtual void disabled(u32 state, const Bits& alive, const Scratch& scratch, std::vector<i32>& out) const = 0;
 
-  u64 row_end(u64 state) const { return state + 1 < row_of_.size() ? row_of_[state + 1] : targets_.size(); }
   Bits alive() const;
   // Remove what leads uncontrollably to a removed state; return the highest rank given, at least `level`.
   i32 spread(Bits& alive, i32 level, Ticker& ticker);
-  Bits coreachable(const Bits& alive, Ticker& ticker) const;
+  // The states of `alive` from which a marked one can be reached over `alive`; `way`, if any, becomes the next one.
+  Bits coreachable(const Bits& alive, std::vector<u32>* way, Ticker& ticker) const;
+  class Repair;
 
   Layout layout_;
   std::vector<u8> uncontrollable_;
-  Buffer<u64> row_of_;   // where the row of each expanded state begins
-  Buffer<u32> targets_;  // each row: targets of uncontrollable events first, then the others, each in alphabet order
-  Buffer<u32> n_free_;   // how many of a row belong to uncontrollable events
+  Rows rows_;
   Bits illegal_, marked_;
 };
 

@@ -10,10 +10,12 @@ std::vector<i32> distance_to(const Graph& g, const u8* goal, Ticker& ticker) {
   const i64 n = g.n_states, m = g.offsets[n];
   std::vector<i64> offsets(n + 2);
   std::vector<i32> sources(m);
-  for (i64 k = 0; k < m; ++k) ++offsets[g.targets[k] + 2];
+  for (i64 k = 0; k < m; ++k, ticker.tick(1, n, m)) ++offsets[g.targets[k] + 2];
   std::partial_sum(offsets.begin(), offsets.end(), offsets.begin());
-  for (i64 q = 0; q < n; ++q)
+  for (i64 q = 0; q < n; ++q) {
     for (i64 k = g.offsets[q]; k < g.offsets[q + 1]; ++k) sources[offsets[g.targets[k] + 1]++] = static_cast<i32>(q);
+    ticker.tick(g.offsets[q + 1] - g.offsets[q] + 1, n, m);
+  }
   std::vector<i32> distance(n, -1), queue;
   for (i64 q = 0; q < n; ++q)
     if (goal[q]) distance[q] = 0, queue.push_back(static_cast<i32>(q));
@@ -49,95 +51,6 @@ bool shortest_path(const Graph& g, i64 initial, const u8* goal, Ticker& ticker, 
 
 namespace {
 
-// A partition of 0 .. n-1 that is refined by marking elements and splitting the marked ones off.
-class Partition {
- public:
-  explicit Partition(i64 n) : elements_(n), place_(n), block_(n), first_{0}, end_{n}, marked_{0} {
-    std::iota(elements_.begin(), elements_.end(), 0);
-    std::iota(place_.begin(), place_.end(), 0);
-    if (n == 0) first_.clear(), end_.clear(), marked_.clear();
-  }
-  i64 n_blocks() const { return static_cast<i64>(first_.size()); }
-  i64 block(i64 element) const { return block_[element]; }
-  i64 first(i64 b) const { return first_[b]; }
-  i64 end(i64 b) const { return end_[b]; }
-  i64 element(i64 place) const { return elements_[place]; }
-
-  void mark(i64 element) {
-    const i64 b = block_[element], from = place_[element], to = first_[b] + marked_[b];
-    if (from < to) return;  // marked already
-    std::swap(elements_[from], elements_[to]);
-    place_[elements_[from]] = from;
-    place_[elements_[to]] = to;
-    if (!marked_[b]++) touched_.push_back(b);
-  }
-  // Split each touched block into its marked and its other elements; the smaller part becomes the new block.
-  void split() {
-    for (const i64 b : touched_) {
-      const i64 cut = first_[b] + marked_[b];
-      marked_[b] = 0;
-      if (cut == end_[b]) continue;
-      const i64 fresh = n_blocks();
-      if (cut - first_[b] <= end_[b] - cut) {
-        first_.push_back(first_[b]), end_.push_back(cut), first_[b] = cut;
-      } else {
-        first_.push_back(cut), end_.push_back(end_[b]), end_[b] = cut;
-      }
-      marked_.push_back(0);
-      for (i64 k = first_[fresh]; k < end_[fresh]; ++k) block_[elements_[k]] = fresh;
-    }
-    touched_.clear();
-  }
-
- private:
-  std::vector<i64> elements_, place_, block_, first_, end_, marked_, touched_;
-};
-
-}  // namespace
-
-// Partition refinement over states and transitions at once, O(m log n).   [Valmari, IPL 112(6), 2012]
-// A missing transition is not one to a dead state: the closed behaviour is kept as well.
-std::vector<i32> minimize(const Graph& g, i64 n_events, const u8* marked, Ticker& ticker) {
-  const i64 n = g.n_states, m = g.offsets[n];
-  std::vector<i32> source(m);
-  for (i64 q = 0; q < n; ++q) std::fill(source.begin() + g.offsets[q], source.begin() + g.offsets[q + 1], static_cast<i32>(q));
-
-  Partition states(n), edges(m);
-  for (i64 q = 0; q < n; ++q)
-    if (marked[q]) states.mark(q);
-  states.split();
-  std::vector<std::vector<i64>> by_event(n_events);
-  for (i64 k = 0; k < m; ++k) by_event[g.events[k]].push_back(k);
-  for (const auto& group : by_event) {
-    for (const i64 k : group) edges.mark(k);
-    edges.split();
-  }
-  std::vector<i64> offsets(n + 2), incoming(m);
-  for (i64 k = 0; k < m; ++k) ++offsets[g.targets[k] + 2];
-  std::partial_sum(offsets.begin(), offsets.end(), offsets.begin());
-  for (i64 k = 0; k < m; ++k) incoming[offsets[g.targets[k] + 1]++] = k;
-
-  // `edges` groups transitions by event and by block of their target, as far as blocks have been processed.
-  for (i64 c = 0, b = 0; c < edges.n_blocks(); ++c) {
-    for (i64 k = edges.first(c); k < edges.end(c); ++k) states.mark(source[edges.element(k)]);
-    states.split();
-    ticker.tick(edges.end(c) - edges.first(c) + 1, n, m);
-    for (; b < states.n_blocks(); ++b) {
-      ticker.tick(states.end(b) - states.first(b) + 1, n, m);
-      for (i64 p = states.first(b); p < states.end(b); ++p) {
-        const i64 q = states.element(p);
-        for (i64 k = offsets[q]; k < offsets[q + 1]; ++k) edges.mark(incoming[k]);
-      }
-      edges.split();
-    }
-  }
-  std::vector<i32> block(n);
-  for (i64 q = 0; q < n; ++q) block[q] = static_cast<i32>(states.block(q));
-  return block;
-}
-
-namespace {
-
 using Set = std::vector<i32>;
 
 struct SetHash {
@@ -148,59 +61,98 @@ struct SetHash {
   }
 };
 
+// The subset construction of one automaton: closes sets of states under hidden events, keeps them sorted.
+class Subsets {
+ public:
+  Subsets(const Graph& g, const u8* hidden, Ticker& ticker)
+      : g_(g), hidden_(hidden), ticker_(ticker), stamp_(static_cast<u64>(g.n_states)) {}
+
+  // Drop what is there twice, add what hidden events reach, and sort.
+  void close(Set& set, u64 n_sets, u64 n_transitions) {
+    auto did = [&](u64 steps) { ticker_.tick(steps, n_sets, n_transitions); };
+    if (++now_ == 0) std::fill(stamp_.begin(), stamp_.end(), 0), now_ = 1;
+    u64 kept = 0;
+    for (u64 k = 0; k < set.size(); ++k, did(1))
+      if (const i32 q = set[k]; stamp_[q] != now_) stamp_[q] = now_, set[kept++] = q;
+    set.resize(kept);
+    for (u64 k = 0; k < set.size(); ++k) {
+      const i64 begin = g_.offsets[set[k]], end = g_.offsets[set[k] + 1];
+      for (i64 i = begin; i < end; ++i)
+        if (const i32 t = g_.targets[i]; hidden_[g_.events[i]] && stamp_[t] != now_) stamp_[t] = now_, set.push_back(t);
+      did(static_cast<u64>(end - begin) + 1);
+    }
+    if (set.size() < kManyStates) {
+      std::sort(set.begin(), set.end());
+      return;
+    }
+    set.clear();  // a large set is read off the stamps, which can be interrupted
+    for (i64 q = 0; q < g_.n_states; ++q, did(1))
+      if (stamp_[q] == now_) set.push_back(static_cast<i32>(q));
+  }
+
+ private:
+  static constexpr u64 kManyStates = 1 << 18;  // milliseconds of sorting
+  const Graph& g_;
+  const u8* hidden_;
+  Ticker& ticker_;
+  std::vector<u32> stamp_;  // the last set that had each state
+  u32 now_ = 0;
+};
+
 }  // namespace
 
 Projection project(const Graph& g, i64 n_events, i64 initial, const u8* marked, const u8* hidden, Ticker& ticker) {
-  std::vector<u32> stamp(g.n_states, 0);
-  u32 now = 0;
-  auto close = [&](Set& set) {  // add what hidden events reach
-    ++now;
-    for (const i32 q : set) stamp[q] = now;
-    for (u64 k = 0; k < set.size(); ++k)
-      for (i64 i = g.offsets[set[k]]; i < g.offsets[set[k] + 1]; ++i)
-        if (const i32 t = g.targets[i]; hidden[g.events[i]] && stamp[t] != now) stamp[t] = now, set.push_back(t);
-    std::sort(set.begin(), set.end());
-  };
+  constexpr u64 kNode = 64;  // bytes of an entry of `number`, about, besides the members
+  Subsets subsets(g, hidden, ticker);
   Projection out;
   out.offsets.push_back(0);
   out.member_offsets.push_back(0);
   std::unordered_map<Set, i32, SetHash> number;
   std::vector<const Set*> queue;
+  u64 n_members = 0;  // of all sets
   auto visit = [&](Set&& set) {
     const auto [place, fresh] = number.try_emplace(std::move(set), static_cast<i32>(number.size()));
-    if (fresh) queue.push_back(&place->first);  // keys of an unordered_map stay where they are
+    if (fresh) {
+      queue.push_back(&place->first);  // keys of an unordered_map stay where they are
+      n_members += place->first.size();
+      const u64 bytes = n_members * (sizeof(i64) + sizeof(i32)) + number.size() * kNode + out.events.size() * 2 * sizeof(i32);
+      ticker.check(number.size(), out.events.size(), bytes + static_cast<u64>(g.n_states) * sizeof(u32));
+    }
     return place->second;
   };
   Set start{static_cast<i32>(initial)};
-  close(start);
+  subsets.close(start, 0, 0);
   visit(std::move(start));
-  std::vector<Set> successors(n_events);
+  std::vector<Set> successors(static_cast<u64>(n_events));
+  std::vector<i32> met;  // the events with successors
   for (u64 head = 0; head < queue.size(); ++head) {
     const Set& set = *queue[head];
     u8 any_marked = 0;
-    u64 work = set.size();
+    met.clear();
     for (const i32 q : set) {
       any_marked |= marked[q];
-      for (i64 k = g.offsets[q]; k < g.offsets[q + 1]; ++k, ++work)
-        if (!hidden[g.events[k]]) successors[g.events[k]].push_back(g.targets[k]);
+      for (i64 k = g.offsets[q]; k < g.offsets[q + 1]; ++k) {
+        const i32 e = g.events[k];
+        if (hidden[e]) continue;
+        if (successors[e].empty()) met.push_back(e);
+        successors[e].push_back(g.targets[k]);
+      }
+      ticker.tick(static_cast<u64>(g.offsets[q + 1] - g.offsets[q]) + 1, number.size(), out.events.size());
     }
-    for (i64 e = 0; e < n_events; ++e) {
-      Set next = std::move(successors[e]);
-      successors[e].clear();
-      if (next.empty()) continue;
-      std::sort(next.begin(), next.end());
-      next.erase(std::unique(next.begin(), next.end()), next.end());
-      close(next);
-      work += next.size();
-      out.events.push_back(static_cast<i32>(e));
+    std::sort(met.begin(), met.end());
+    for (const i32 e : met) {
+      Set next;
+      next.swap(successors[e]);
+      subsets.close(next, number.size(), out.events.size());
+      next.shrink_to_fit();
+      out.events.push_back(e);
       out.targets.push_back(visit(std::move(next)));
     }
     out.members.insert(out.members.end(), set.begin(), set.end());
     out.member_offsets.push_back(static_cast<i64>(out.members.size()));
     out.offsets.push_back(static_cast<i64>(out.events.size()));
-    out.marked.push_back(any_marked);
-    ticker.check(number.size(), out.events.size(), out.members.size() * (sizeof(i64) + sizeof(i32)));
-    ticker.tick(work, number.size(), out.events.size());
+    out.marked.push_back(any_marked != 0);
+    ticker.check(number.size(), out.events.size(), 0);
   }
   return out;
 }

@@ -19,6 +19,8 @@ class Ticker:
         seconds: float | None = None,
         progress: Callable[[int, int], object] | None = None,
     ) -> None: ...
+    def look(self, states: int, transitions: int) -> None:
+        """Do what a kernel does now and then: stop at a limit, call back when it is time."""
 
 class Component:
     """One automaton of a product; ``own`` (n_events,) says which events of the product it takes part in."""
@@ -44,7 +46,13 @@ class Exploration:
     @property
     def layout(self) -> tuple[list[int], list[int], list[int]]: ...
     @property
-    def keys(self) -> NDArray[np.uint64]: ...
+    def bytes(self) -> int:
+        """What the kernel holds for it."""
+
+    @property
+    def keys(self) -> NDArray[np.uint64]:
+        """The packed states, (n_states, words); uint32 where that is enough."""
+
     @property
     def illegal(self) -> NDArray[np.uint8]: ...
     @property
@@ -115,6 +123,12 @@ def project(
     NDArray[np.int64], NDArray[np.int32], NDArray[np.int32], NDArray[np.uint8], NDArray[np.int64], NDArray[np.int64]
 ]:
     """Offsets, events, targets, marked; member offsets and members of each subset."""
+
+def random_reads(n_words: int, n_reads: int, ticker: Ticker) -> float:
+    """Independent random reads a second over a table of at least ``n_words`` 8-byte words."""
+
+def stream(n_words: int, ticker: Ticker) -> tuple[float, float]:
+    """Bytes a second: written to fresh memory, and read in order."""
 
 class Set:
     """A set of value vectors over the levels of a forest; level n is the top, level 1 the bottom."""

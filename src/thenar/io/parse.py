@@ -15,7 +15,7 @@ from thenar.errors import InputError, Mistake, ModelError, did_you_mean
 from thenar.io.files import read_bytes, read_stdin
 from thenar.model.build import Complaint, KeyPath, place_in_words
 
-__all__ = ["Document", "Format", "format_by_ending", "format_by_name", "open_document", "sniff"]
+__all__ = ["Document", "Format", "decode", "format_by_ending", "format_by_name", "open_document", "sniff"]
 
 Format = Literal["toml", "json"]
 
@@ -150,10 +150,10 @@ def open_document(path: str | os.PathLike[str]) -> Document:
     :func:`read_bytes` complains of.
     """
     if str(path) == "-":
-        text = _decode(read_stdin(), "<stdin>")
+        text = decode(read_stdin(), "<stdin>")
         return Document("<stdin>", sniff(text), text)
     raw = read_bytes(path)
-    return Document(str(path), format_by_ending(path), _decode(raw, str(path)))
+    return Document(str(path), format_by_ending(path), decode(raw, str(path)))
 
 
 def sniff(text: str) -> Format:
@@ -179,7 +179,8 @@ def format_by_name(name: str) -> Format:
     raise InputError(f"unknown format {name!r}{did_you_mean(name, formats) or '; write toml or json'}")
 
 
-def _decode(raw: bytes, source: str) -> str:
+def decode(raw: bytes, source: str) -> str:
+    """Return ``raw`` as text; raise InputError naming ``source`` for bytes that are not UTF-8."""
     try:
         return raw.decode().removeprefix("\ufeff")  # some editors put a byte order mark before UTF-8
     except UnicodeDecodeError as error:

@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 from thenar.errors import InputError, Mistake, ModelError
 from thenar.io.parse import Document, format_by_name, open_document, sniff
@@ -14,6 +14,9 @@ from thenar.model.automaton import Automaton
 from thenar.model.build import Complaint, Parts, Unknown, assemble, check_parts
 from thenar.model.events import Alphabet, Event, merge
 from thenar.model.problem import Problem
+
+if TYPE_CHECKING:
+    from thenar.model.extended import ExtendedProblem
 
 __all__ = ["load", "loads"]
 
@@ -23,8 +26,10 @@ if TYPE_CHECKING:
     from thenar.io.check import Checked
 
 
-def load(*paths: str | os.PathLike[str]) -> Problem:
-    """Read model files, by their endings TOML or JSON; ``-`` is standard input.
+def load(*paths: str | os.PathLike[str]) -> Problem | ExtendedProblem:
+    """Read model files, by their endings TOML, JSON or CIF; ``-`` is standard input.
+
+    A CIF model (Eclipse ESCET), one file with those that it imports, is an ExtendedProblem: see docs/cif.md.
 
     Several files make one problem: the events of all of them, in order of first mention, and the automata of
     all of them.  An event declared in one file may be used in each.  The name and the description are the
@@ -52,20 +57,34 @@ def load(*paths: str | os.PathLike[str]) -> Problem:
         raise InputError("no file to load; name at least one model file, or - for standard input")
     if [str(path) for path in paths].count("-") > 1:
         raise InputError("standard input can be read once only; give - once")
+    if any(Path(path).suffix.lower() == ".cif" for path in paths):
+        from thenar.io import cif
+
+        if len(paths) > 1:
+            raise InputError("a CIF model is loaded alone, from the file that imports the others; name one file")
+        return cif.load(paths[0])
     stems = [Path(path).stem for path in paths if str(path) != "-"]
     return _problem([open_document(path) for path in paths], _first(stems))
 
 
-def loads(text: str, format: str | None = None, source: str = "<string>") -> Problem:
+@overload
+def loads(text: str, format: Literal["cif"], source: str = "<string>") -> ExtendedProblem: ...  # type: ignore[overload-overlap]
+@overload
+def loads(text: str, format: str | None = None, source: str = "<string>") -> Problem: ...
+def loads(text: str, format: str | None = None, source: str = "<string>") -> Problem | ExtendedProblem:
     """Read the text of one model file; ``source`` is what messages call it.
 
-    Without ``format`` ("toml" or "json") the first character tells.  Raises as :func:`load` does.
+    Without ``format`` ("toml", "json" or "cif") the first character tells TOML from JSON.  Raises as :func:`load` does.
 
     >>> loads('[events]\\nslip = {}\\n[automata.PAD]\\nkind = "plant"\\ninitial = "dry"\\nmarked = ["dri"]')
     Traceback (most recent call last):
     thenar.errors.ModelError: <string>:6: automaton 'PAD', marked state 1: unknown state 'dri'; did you mean 'dry'?
     """
     text = text.removeprefix("\ufeff")
+    if format == "cif":
+        from thenar.io import cif
+
+        return cif.loads(text, source)
     return _problem([Document(source, sniff(text) if format is None else format_by_name(format), text)])
 
 

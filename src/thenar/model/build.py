@@ -64,8 +64,8 @@ def build_automaton(
     else:
         given = events if isinstance(events, Alphabet) else Alphabet(events)
         known = given
-        for e in known.names:
-            if e in free and known[e].controllable:
+        for e in dict.fromkeys(uncontrollable):
+            if e in known and known[e].controllable:
                 parts.complaints.append((("uncontrollable",), f"event {e!r} is controllable in the given events"))
     parts.complaints += [
         (("uncontrollable",), f"unknown event {e!r}{did_you_mean(e, known.names)}")

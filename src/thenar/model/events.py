@@ -126,8 +126,7 @@ class Alphabet:
 
     def restrict(self, names: Iterable[str]) -> Alphabet:
         """Return the events called ``names``, in the order of this alphabet."""
-        kept = {self.index(n) for n in names}
-        return Alphabet(e for k, e in enumerate(self._events) if k in kept)
+        return Alphabet(self._events[k] for k in sorted({self.index(n) for n in names}))
 
     def __or__(self, other: Alphabet) -> Alphabet:
         return merge([self, other])

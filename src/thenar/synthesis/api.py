@@ -21,6 +21,7 @@ from thenar.model.problem import Problem
 from thenar.model.supervisor import Supervisor
 
 if TYPE_CHECKING:
+    from thenar.explicit.flatten import Flat
     from thenar.model.extended import ExtendedProblem
     from thenar.symbolic.synthesis import SymbolicSupervisor
     from thenar.synthesis.explain import Explanation
@@ -54,6 +55,7 @@ class SynthesisResult(Displayable):
     * ``evidence``: of the explicit engine, the explored product with the rank and reason of every removed
       state; None where an automaton is empty, and there is nothing to explore
     * ``symbolic``: of the symbolic engine, the supervisor as sets of states
+    * ``flat``: of the explicit engine and an extended problem, that problem with its states listed
 
     >>> from thenar.library.classics import cat_and_mouse
     >>> result = synthesize(cat_and_mouse())
@@ -68,9 +70,24 @@ class SynthesisResult(Displayable):
     evidence: Exploration | None = None
     extract: Extract | None = None
     symbolic: SymbolicSupervisor | None = field(default=None)
+    flat: Flat | None = field(default=None)
 
     def __bool__(self) -> bool:
-        return not (self.supervisor if self.symbolic is None else self.symbolic).is_empty
+        if self.symbolic is not None:
+            return not self.symbolic.is_empty
+        return self.extract is not None and not self.extract.automaton.is_empty
+
+    @property
+    def plain(self) -> Problem:
+        """The problem as the explicit engine solved it: without variables and conditions.
+
+        Raises InputError for an extended problem that the symbolic engine solved.
+        """
+        if self.flat is not None:
+            return self.flat.problem
+        if not isinstance(self.problem, Problem):
+            raise InputError("this needs the states one by one: synthesize(problem, 'explicit')")
+        return self.problem
 
     @property
     def seconds(self) -> float:
@@ -91,13 +108,24 @@ class SynthesisResult(Displayable):
             return unfold(self.symbolic)
         if self.extract is None:
             return Supervisor(Automaton.empty(self.problem.alphabet), np.zeros(1, np.int64), np.zeros(0, np.int32))
-        return Supervisor(self.extract.automaton, self.extract.disabled_offsets, self.extract.disabled)
+        if self.flat is not None and not self.flat.is_plain:
+            raise InputError("several initial states, or an event with several outcomes: no deterministic automaton")
+        # what flattening added to the alphabet stands behind it, and never happens under supervision
+        automaton = replace(self.extract.automaton, alphabet=self.problem.alphabet)
+        return Supervisor(automaton, self.extract.disabled_offsets, self.extract.disabled)
 
     @cached_property
     def size(self) -> Size:
-        """States and transitions of the supervisor, exactly."""
-        found = self.supervisor if self.symbolic is None else self.symbolic
-        return Size(found.n_states, found.n_transitions)
+        """States and transitions of the supervisor, exactly; an event's several outcomes are one transition."""
+        if self.symbolic is not None:
+            return Size(self.symbolic.n_states, self.symbolic.n_transitions)
+        if self.extract is None or self.evidence is None:
+            return Size(0, 0)
+        automaton = self.extract.automaton
+        if self.flat is None:
+            return Size(automaton.n_states, automaton.n_transitions)
+        real = self.evidence.coordinates(self.extract.origin)[:, 0] < len(self.flat.states)
+        return Size(int(real.sum()), int(np.diff(automaton.offsets)[real].sum()))
 
     @cached_property
     def explored(self) -> Size:
@@ -164,7 +192,7 @@ def synthesize(
         return SynthesisResult(problem, "explicit", "an automaton has no states", {})
     if not isinstance(problem, Problem):
         if engine == "explicit":
-            raise InputError("the explicit engine does not take variables and conditions; ask for engine 'symbolic'")
+            return _flattened(problem, limits, progress)
         return _symbolic(problem, "the problem has variables or conditions", order, limits, progress)
     if engine == "explicit":
         return _explicit(problem, "asked for", limits, progress)
@@ -201,6 +229,19 @@ def _counted(
     supervisor = supremal(encoding, reachable)
     clock = (start, encoded, time.perf_counter())
     return SynthesisResult(problem, "symbolic", why, _phases(("encode", "saturate"), clock), symbolic=supervisor)
+
+
+def _flattened(problem: ExtendedProblem, limits: Limits | None, progress: Progress | None) -> SynthesisResult:
+    """List the states of ``problem``, then synthesise."""
+    from thenar.explicit.flatten import flatten
+
+    start = time.perf_counter()
+    flat = flatten(problem, ticker(limits, progress))
+    seconds = time.perf_counter() - start
+    if any(a.is_empty for a in flat.problem.automata):
+        return SynthesisResult(problem, "explicit", "asked for", {"flatten": seconds}, flat=flat)
+    found = _explicit(flat.problem, "asked for", limits, progress)
+    return replace(found, problem=problem, flat=flat, timings={"flatten": seconds, **found.timings})
 
 
 def _explicit(problem: Problem, why: str, limits: Limits | None, progress: Progress | None) -> SynthesisResult:

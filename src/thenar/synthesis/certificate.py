@@ -35,12 +35,11 @@ def certificate(result: SynthesisResult) -> bytes:
     b'thenar certificate 1'
     """
     evidence, extract = result.evidence, result.extract
-    problem = result.problem
-    if result.symbolic is not None or not isinstance(problem, Problem):
+    if result.symbolic is not None:
         raise InputError("a certificate needs the evidence of the explicit engine: synthesize(problem, 'explicit')")
     if evidence is None or extract is None:
         raise InputError("nothing to certify: an automaton of the problem has no states")
-    native = evidence.native
+    problem, native = result.plain, evidence.native
     arrays, header = statement(problem)
     widest = max(a.n_states for a in problem.automata)
     arrays["coords"] = evidence.layout.unpack(native.keys, np.min_scalar_type(widest))

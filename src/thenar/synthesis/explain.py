@@ -189,7 +189,7 @@ def explain_empty(result: SynthesisResult) -> Explanation:
     """
     if result:
         raise InputError("a supervisor exists; ask explain_disabled about its decisions")
-    problem = _problem(result)
+    problem = result.plain
     lead = "No supervisor exists: "
     empty = tuple(a.name for a in problem.automata if a.is_empty)
     if empty:
@@ -330,7 +330,7 @@ def _minimal_conflict(result: SynthesisResult) -> tuple[SynthesisResult, bool]:
     Specifications that the proof in the evidence does not need go first; then one after the other is tried.
     """
     budget = max(_evidence(result).n_states, MIN_BUDGET)
-    whole, core, minimal = _problem(result), result, True
+    whole, core, minimal = result.plain, result, True
 
     def attempt(specs: Sequence[Automaton]) -> SynthesisResult | None:
         nonlocal budget
@@ -346,8 +346,8 @@ def _minimal_conflict(result: SynthesisResult) -> tuple[SynthesisResult, bool]:
     if not in_proof.all():
         trial = attempt([s for s, is_needed in zip(whole.specs, in_proof, strict=True) if is_needed])
         core, minimal = (core, False) if trial is None else (trial, True)
-    for spec in reversed(_problem(core).specs):
-        trial = attempt([s for s in _problem(core).specs if s is not spec])
+    for spec in reversed(core.plain.specs):
+        trial = attempt([s for s in core.plain.specs if s is not spec])
         if trial is None:
             minimal = False
         elif not trial:
@@ -361,12 +361,6 @@ def _evidence(result: SynthesisResult) -> Exploration:
     if result.evidence is None:
         raise InputError("nothing was explored: an automaton of the problem has no states")
     return result.evidence
-
-
-def _problem(result: SynthesisResult) -> Problem:
-    if not isinstance(result.problem, Problem):
-        raise InputError("problems with variables or conditions are not explained yet")
-    return result.problem
 
 
 def _trace(result: SynthesisResult, after: Iterable[str] | str | None, state: int | None) -> Trace:
