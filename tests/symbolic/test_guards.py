@@ -1,22 +1,13 @@
 """Guards: plants and specifications under their guards are the supervised system."""
 
-from collections.abc import Mapping
 from random import Random
 
 import thenar
-from thenar.model.expressions import FALSE, TRUE, Expression, Name, Operation
-from thenar.symbolic.guards import Guards, guards
+from thenar.model.expressions import FALSE, TRUE
+from thenar.symbolic.guards import Guards, expanded, guards, supervised
 from thenar.symbolic.synthesis import SymbolicSupervisor
 from thenar.synthesis.api import synthesize
 from thenar.testing.random_models import random_extended_problem, random_problem
-
-
-def expanded(predicate: Expression, definitions: Mapping[str, Expression]) -> Expression:
-    if isinstance(predicate, Name) and predicate.name in definitions:
-        return expanded(definitions[predicate.name], definitions)
-    if isinstance(predicate, Operation):
-        return Operation(predicate.operator, tuple(expanded(p, definitions) for p in predicate.operands))
-    return predicate
 
 
 def solved(problem: thenar.Problem | thenar.ExtendedProblem) -> tuple[SymbolicSupervisor, Guards]:
@@ -42,6 +33,18 @@ def test_the_system_under_its_guards_is_the_supervised_system() -> None:
     for seed in range(300):
         assert_guards_are_the_supervisor(random_problem(Random(seed)))
         assert_guards_are_the_supervisor(random_extended_problem(Random(seed)))
+
+
+def test_automata_and_guards_reach_the_supervised_states_and_need_no_more_control() -> None:
+    for seed in range(150):
+        for problem in (random_problem(Random(seed)), random_extended_problem(Random(seed))):
+            supervisor, _ = solved(problem)
+            if supervisor.is_empty:
+                continue
+            alone, found = solved(supervised(supervisor))
+            assert alone.reachable.count() == alone.n_states == supervisor.n_states
+            assert alone.n_transitions == supervisor.n_transitions
+            assert set(found.values()) <= {TRUE}
 
 
 def test_library_models() -> None:

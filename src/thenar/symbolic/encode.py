@@ -301,6 +301,13 @@ class Encoding:
             return self.forest.domain(relation)
         return self.forest.image(self.invariant, self.forest.inverse(relation))
 
+    def happens(self, edge: Edge) -> kernel.Set:
+        """Return where the guard of ``edge`` holds and its updates stay within the ranges."""
+        where = self.predicate(edge.guard)
+        for _, relation in self._updates(dict(edge.updates), set()) if edge.updates else ():
+            where &= self.forest.domain(relation)
+        return where
+
     def _sources(self, moves: Sequence[_Moves]) -> kernel.Set:
         sets = []
         for m in moves:

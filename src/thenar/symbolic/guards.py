@@ -6,11 +6,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from thenar._native import kernel
-from thenar.model.expressions import FALSE, TRUE, At, Constant, Expression, Name, Operation
+from thenar.model.expressions import FALSE, TRUE, At, Constant, Expression, Name, Operation, conjunction
+from thenar.model.extended import ExtendedProblem, needs
 from thenar.symbolic.encode import Encoding, EventRelation, Part
 from thenar.symbolic.synthesis import SymbolicSupervisor
 
-__all__ = ["Guards", "guards"]
+__all__ = ["Guards", "expanded", "guards", "supervised"]
 
 READABLE = 12  # terms that a guard may have and still be read
 
@@ -68,6 +69,53 @@ def guards(supervisor: SymbolicSupervisor) -> Guards:
     return Guards(predicates, writer.definitions)
 
 
+def supervised(supervisor: SymbolicSupervisor) -> ExtendedProblem:
+    """Return the supervised system as automata and guards: a plant that by itself does just what it may.
+
+    Plants and specifications that are automata are its plants, guards its conditions; if only some initial states
+    survive, its ``initial`` predicate says which.
+
+    >>> from thenar.library.classics import cat_and_mouse
+    >>> from thenar.synthesis.api import synthesize
+    >>> supervised(synthesize(cat_and_mouse(), "symbolic").symbolic).plant_conditions[0].event
+    'c3'
+    """
+    encoding, found = supervisor.encoding, guards(supervisor)
+    problem = ExtendedProblem.of(encoding.problem)
+    whole = {e: expanded(guard, found.definitions) for e, guard in found.items()}
+    kept = supervisor.controlled & encoding.initial
+    starts = _Writer(encoding)
+    narrowed = expanded(starts.write(kept.simplify(encoding.initial) if kept else kept), starts.definitions)
+    return ExtendedProblem(
+        [
+            *problem.plants,
+            *problem.specs,
+            *problem.plant_conditions,
+            *(needs(e, g) for e, g in whole.items() if g != TRUE),
+        ],
+        variables=problem.variables,
+        initial=conjunction([problem.initial, narrowed]),
+        marked=problem.marked,
+        name=f"{problem.name} supervised".strip(),
+        alphabet=problem.alphabet,
+        description=problem.description,
+    )
+
+
+def expanded(predicate: Expression, definitions: Mapping[str, Expression]) -> Expression:
+    """Return ``predicate`` with the definitions put in that it uses; shared parts stay shared in memory."""
+    known: dict[str, Expression] = {}
+
+    def put(x: Expression) -> Expression:
+        if isinstance(x, Name):
+            return known.get(x.name, x)
+        return Operation(x.operator, tuple(put(p) for p in x.operands)) if isinstance(x, Operation) else x
+
+    for name, definition in definitions.items():  # each after those that it uses
+        known[name] = put(definition)
+    return put(predicate)
+
+
 def _enabling(supervisor: SymbolicSupervisor, event: EventRelation, removed: kernel.Set) -> kernel.Set:
     """Return a set with a small diagram that holds of the states offering ``event`` just those that may do it."""
     forest, controlled = supervisor.encoding.forest, supervisor.controlled
@@ -87,7 +135,8 @@ class _Writer:
     def __init__(self, encoding: Encoding) -> None:
         self.encoding = encoding
         self.definitions: dict[str, Expression] = {}
-        self._known: dict[kernel.Set, Expression] = {}
+        self._written: list[Expression] = [FALSE, TRUE]  # by number of a node
+        self._numbers: dict[tuple[int, tuple[int, ...]], int] = {}  # of its level and children
 
     def write(self, states: kernel.Set) -> Expression:
         """Return a predicate that is true exactly in ``states``."""
@@ -107,24 +156,29 @@ class _Writer:
         return self.encoding.parts[int(self.encoding.order[len(self.encoding.order) - level])]
 
     def _decide(self, states: kernel.Set) -> Expression:
-        """Write a diagram as it is: for each value what else must hold."""
-        if not states:
-            return FALSE
-        if states.is_everything:
-            return TRUE
-        if states not in self._known:
-            part = self._part(states.level)
-            by_kid: dict[kernel.Set, list[int]] = {}
-            for v in range(part.size):
-                by_kid.setdefault(states.child(v), []).append(v)
-            terms = [_all([_literal(part, values), self._decide(kid)]) for kid, values in by_kid.items() if kid]
-            predicate = _any(terms)
-            if _size(predicate) > 1:
-                name = f"d{len(self.definitions) + 1}"
-                self.definitions[name] = predicate
-                predicate = Name(name)
-            self._known[states] = predicate
-        return self._known[states]
+        """Write a diagram as it is, from the bottom up: for each value what else must hold."""
+        levels, kids = (x.tolist() for x in states.dump())
+        numbers, first = [0, 1], 0
+        for level in levels:
+            part = self._part(level)
+            own = tuple(numbers[kid] for kid in kids[first : first + part.size])
+            first += part.size
+            if (level, own) not in self._numbers:
+                self._numbers[level, own] = len(self._written)
+                self._written.append(self._named(part, own))
+            numbers.append(self._numbers[level, own])
+        return self._written[numbers[-1]]
+
+    def _named(self, part: Part, kids: tuple[int, ...]) -> Expression:
+        by_kid: dict[int, list[int]] = {}
+        for value, kid in enumerate(kids):
+            by_kid.setdefault(kid, []).append(value)
+        predicate = _any([_all([_literal(part, vs), self._written[kid]]) for kid, vs in by_kid.items() if kid])
+        if _size(predicate) == 1:
+            return predicate
+        name = f"d{len(self.definitions) + 1}"
+        self.definitions[name] = predicate
+        return Name(name)
 
 
 def _literal(part: Part, values: Sequence[int]) -> Expression:

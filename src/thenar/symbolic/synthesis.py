@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,18 @@ from thenar.model.supervisor import ControlPattern
 from thenar.model.trace import Trace
 from thenar.symbolic.encode import Encoding, EventRelation
 
-__all__ = ["SymbolicSupervisor", "reach", "supremal"]
+__all__ = ["Removal", "SymbolicSupervisor", "reach", "supremal"]
+
+
+class Removal(NamedTuple):
+    """States removed in one round: ``states``, from which uncontrollable events lead to ``seeds``.
+
+    ``reason`` is ``"illegal"`` (a specification is broken in the seeds) or ``"blocking"``.
+    """
+
+    reason: str
+    seeds: kernel.Set
+    states: kernel.Set
 
 
 class SymbolicSupervisor:
@@ -24,7 +36,7 @@ class SymbolicSupervisor:
     * ``reachable``: states that plants and specifications can reach together
     * ``safe``: those of them that the supervisor may let the plants enter
     * ``controlled``: those that it does let them reach
-    * ``rounds``: how often it was looked for states to remove
+    * ``removals``: what was removed, round by round, and why
 
     >>> from thenar.library.classics import dining
     >>> from thenar.synthesis.api import synthesize
@@ -36,12 +48,17 @@ class SymbolicSupervisor:
     """
 
     def __init__(
-        self, encoding: Encoding, reachable: kernel.Set, safe: kernel.Set, controlled: kernel.Set, rounds: int
+        self,
+        encoding: Encoding,
+        reachable: kernel.Set,
+        safe: kernel.Set,
+        controlled: kernel.Set,
+        removals: Sequence[Removal] = (),
     ) -> None:
         self.encoding = encoding
         self.reachable, self.safe, self.controlled = reachable, safe, controlled
-        self.rounds = rounds
-        self._events = {e.name: e for e in encoding.events}
+        self.removals = tuple(removals)
+        self.events = {e.name: e for e in encoding.events}
 
     @property
     def is_empty(self) -> bool:
@@ -84,12 +101,29 @@ class SymbolicSupervisor:
         """Return the states of the supervised plant that ``trace`` may have led to."""
         states = self.encoding.initial & self.controlled
         for name in Trace(trace):
-            self.encoding.alphabet.index(name)
-            if name not in self._events:
-                return self.encoding.forest.nothing
-            event = self._events[name]
-            states = self.encoding.forest.image(states & self.enabled(event), event.relation) & self.safe
+            states = self.follow(states, name)
         return states
+
+    def follow(self, states: kernel.Set, name: str) -> kernel.Set:
+        """Return the states that the event called ``name`` may lead to from ``states``; none where it is disabled."""
+        self.encoding.alphabet.index(name)
+        event = self.events.get(name)
+        if event is None:
+            return self.encoding.forest.nothing
+        return self.encoding.forest.image(states & self.enabled(event), event.relation) & self.safe
+
+    def pick(self, states: kernel.Set) -> tuple[int, ...]:
+        """Return one of ``states``, the first: the value of each part of the encoding."""
+        levels = states.vectors(1)
+        row = np.empty_like(levels)
+        row[self.encoding.order] = levels
+        return tuple(row.tolist())
+
+    def only(self, row: Sequence[int]) -> kernel.Set:
+        """Return the set of this one state."""
+        parts = self.encoding.parts
+        masks = [self.encoding.literal(k, np.arange(parts[k].size) == v) for k, v in enumerate(row)]
+        return self.encoding.forest.all_of(masks, self.encoding.tick)
 
     def pattern(self, states: kernel.Set) -> ControlPattern:
         """Return what is enabled, and what the plant could do but is disabled, somewhere in ``states``."""
@@ -130,22 +164,22 @@ def supremal(encoding: Encoding, reachable: kernel.Set) -> SymbolicSupervisor:
     bad = reachable & f.any_of([s for s in illegal if s], tick) | reachable - encoding.requirement
     inverse = {e.name: f.inverse(e.relation) for e in events}
     uncontrolled = f.saturation([inverse[e.name] for e in events if not e.controllable])
-    safe = reachable - uncontrolled(bad, reachable, tick) if bad else reachable
+    removals = [Removal("illegal", bad, uncontrolled(bad, reachable, tick))] if bad else []
+    safe = reachable - removals[0].states if removals else reachable
     choices = any(e.controllable and e.choice for e in events)
     backward = f.saturation([inverse[e.name] for e in events])
-    rounds = 0
     while safe:
-        rounds += 1
         if choices:
             backward = f.saturation([f.inverse(r) for r in _kept(encoding, inverse, reachable - safe)])
         blocking = safe - backward(encoding.marked & safe, safe, tick)
         if not blocking:
             break
-        safe -= uncontrolled(blocking, safe, tick)
-    if safe == reachable:
-        return SymbolicSupervisor(encoding, reachable, safe, reachable, rounds)
+        removals.append(Removal("blocking", blocking, uncontrolled(blocking, safe, tick)))
+        safe -= removals[-1].states
+    if not removals:
+        return SymbolicSupervisor(encoding, reachable, safe, reachable)
     forward = f.saturation(_kept(encoding, inverse, reachable - safe))
-    return SymbolicSupervisor(encoding, reachable, safe, forward(encoding.initial & safe, safe, tick), rounds)
+    return SymbolicSupervisor(encoding, reachable, safe, forward(encoding.initial & safe, safe, tick), removals)
 
 
 def _kept(encoding: Encoding, inverse: dict[str, int], removed: kernel.Set) -> Sequence[int]:

@@ -30,12 +30,15 @@ __all__ = ["Explanation", "Violation", "explain", "explain_disabled", "explain_e
 SURVIVES, ILLEGAL, UNCONTROLLABLE, BLOCKING = range(4)  # as the kernel numbers its reasons
 NOTHING = Trace()
 MAX_SEARCHED = 1000  # states that a closed way is looked for in; beyond that it would explain nothing to a person
+MAX_LISTED = 8  # violations in one sentence
 MIN_BUDGET = 100_000  # product states that minimising a conflict may explore however small the problem: milliseconds
 
 
 @dataclass(frozen=True, slots=True)
 class Violation:
     """Specification ``spec``, in its state ``state``, forbids ``event``; ``meaning`` is what it says in words.
+
+    An invariant that does not hold in ``state`` forbids no event: ``event`` is empty.
 
     >>> print(Violation("BUFFER", "full", "finish_1", "The buffer holds one part."))
     BUFFER ("The buffer holds one part.") forbids finish_1 in its state 'full'
@@ -48,6 +51,8 @@ class Violation:
 
     def __str__(self) -> str:
         says = f' ("{self.meaning}")' if self.meaning else ""
+        if not self.event:
+            return f"the requirement {self.spec!r}{says} is broken in state {self.state!r}"
         return f"{self.spec or 'a specification without a name'}{says} forbids {self.event} in its state {self.state!r}"
 
 
@@ -108,13 +113,13 @@ def explain(
     trace = _trace(result, after, state)
     for event in trace:
         result.problem.alphabet.index(event)
-    pattern = result.supervisor.after(trace)
+    pattern = (result.symbolic or result.supervisor).after(trace)
     if pattern is None:  # asking about the last event of a trace that is cut says where and why
         return [explain_disabled(result, trace[-1], after=trace[:-1])]
     if pattern.disabled:
         return [explain_disabled(result, e.name, after=trace) for e in pattern.disabled]
     enabled = tuple(e.name for e in pattern.enabled)
-    lead = f"{_after(trace)} nothing is disabled; enabled: "
+    lead = f"{after_words(trace)} nothing is disabled; enabled: "
     return [Explanation("enabled", lead, f"{', '.join(enabled) or 'nothing'}.", trace, enabled=enabled)]
 
 
@@ -133,7 +138,12 @@ def explain_disabled(
     result.problem.alphabet.index(event)
     if not result:
         return explain_empty(result)
-    evidence, trace = _evidence(result), _trace(result, after, state)
+    trace = _trace(result, after, state)
+    if result.symbolic is not None:
+        from thenar.synthesis import explain_symbolic
+
+        return explain_symbolic.explain_disabled(result, event, trace)
+    evidence = _evidence(result)
     x, prevented = _walk(result, evidence, trace)
     if prevented is not None:
         return prevented
@@ -151,25 +161,30 @@ def explain_removed(result: SynthesisResult, after: Iterable[str] | str) -> Expl
     >>> explain_removed(synthesize(cat_and_mouse()), "").verdict
     'enabled'
     """
+    trace = _trace(result, after, None)
+    if result.symbolic is not None:
+        from thenar.synthesis import explain_symbolic
+
+        return explain_symbolic.explain_removed(result, trace)
     if result.evidence is None:
         return explain_empty(result)
-    evidence, trace = result.evidence, _trace(result, after, None)
+    evidence = result.evidence
     x = 0
     for k, event in enumerate(trace):
         result.problem.alphabet.index(event)
         target = dict(_row(evidence, x)).get(event)
         if target is None:
             if evidence.native.reason[x] == ILLEGAL:
-                return _consequence(evidence, x, trace[:k], f"{_after(trace[:k])} the state is removed: ")
+                return _consequence(evidence, x, trace[:k], f"{after_words(trace[:k])} the state is removed: ")
             return _why(evidence, x, trace[:k], event)
         x = target
     if evidence.native.reason[x] != SURVIVES:
-        return _consequence(evidence, x, trace, f"{_after(trace)} the state is removed: ")
+        return _consequence(evidence, x, trace, f"{after_words(trace)} the state is removed: ")
     if result.extract is not None and x in result.extract.origin:
-        return Explanation("enabled", f"{_after(trace)} ", "the state is one of the supervisor's.", trace)
+        return Explanation("enabled", f"{after_words(trace)} ", "the state is one of the supervisor's.", trace)
     cut = _walk(result, evidence, trace)[1]
     assert cut is not None  # a state that survives is the supervisor's, or every way to it is cut
-    lead = f"{_after(trace)} nothing is wrong with the state, but the supervisor cuts every way to it. "
+    lead = f"{after_words(trace)} nothing is wrong with the state, but the supervisor cuts every way to it. "
     return replace(cut, verdict="prevented", lead=lead + cut.lead)
 
 
@@ -189,6 +204,10 @@ def explain_empty(result: SynthesisResult) -> Explanation:
     """
     if result:
         raise InputError("a supervisor exists; ask explain_disabled about its decisions")
+    if result.symbolic is not None:
+        from thenar.synthesis import explain_symbolic
+
+        return explain_symbolic.explain_empty(result)
     problem = result.plain
     lead = "No supervisor exists: "
     empty = tuple(a.name for a in problem.automata if a.is_empty)
@@ -215,7 +234,7 @@ def explain_empty(result: SynthesisResult) -> Explanation:
 
 def _why(evidence: Exploration, x: int, trace: Trace, event: str) -> Explanation:
     """Explain ``event`` at product state ``x``, which survives or at least was expanded."""
-    here = _after(trace)
+    here = after_words(trace)
     row, reason = dict(_row(evidence, x)), evidence.native.reason
     enabled = tuple(e for e, t in row.items() if reason[x] == reason[t] == SURVIVES)
     plants, specs = evidence.local(x)
@@ -230,7 +249,7 @@ def _why(evidence: Exploration, x: int, trace: Trace, event: str) -> Explanation
         )
     against = _violations((event, s, q) for s, q in specs if not allows(s, q, event))
     if against:
-        lead, why = f"{here} the event {event} is disabled: ", f"{_listed(against)}."
+        lead, why = f"{here} the event {event} is disabled: ", f"{listed(against)}."
         return Explanation("forbidden", lead, why, trace, event, violations=against, enabled=enabled)
     if reason[row[event]] == SURVIVES:
         return Explanation("enabled", f"{here} the event {event} is enabled", ".", trace, event, enabled=enabled)
@@ -252,9 +271,9 @@ def _consequence(evidence: Exploration, x: int, trace: Trace, lead: str) -> Expl
         last = broken[0][0]
         violations = _violations(v for v in broken if v[0] == last)
         string = Trace([*string, last])
-        why = f"{_could_follow(string)}, and {_listed(violations)}."
+        why = f"{could_follow(string)}, and {listed(violations)}."
         return Explanation("uncontrollable", lead, why, trace, None, string, violations)
-    why = f"{_could_follow(string)}, and then {_stuck(evidence, end)}" if len(string) else _stuck(evidence, end)
+    why = f"{could_follow(string)}, and then {_stuck(evidence, end)}" if len(string) else _stuck(evidence, end)
     return Explanation("blocking", lead, why, trace, None, string)
 
 
@@ -290,7 +309,7 @@ def _stuck(evidence: Exploration, x: int) -> str:
 
 def _forbidden_at(evidence: Exploration, x: int) -> str:
     """Name the specifications that forbid in state ``x`` what the plants could do there; empty if none does."""
-    return _listed(_violations(forbidden(evidence, x, uncontrollable_only=False)))
+    return listed(_violations(forbidden(evidence, x, uncontrollable_only=False)))
 
 
 def _nearest_closed_way(evidence: Exploration, x: int) -> str:
@@ -356,8 +375,6 @@ def _minimal_conflict(result: SynthesisResult) -> tuple[SynthesisResult, bool]:
 
 
 def _evidence(result: SynthesisResult) -> Exploration:
-    if result.symbolic is not None:
-        raise InputError("an explanation needs the evidence of the explicit engine: synthesize(problem, 'explicit')")
     if result.evidence is None:
         raise InputError("nothing was explored: an automaton of the problem has no states")
     return result.evidence
@@ -382,16 +399,21 @@ def _violations(broken: Iterable[tuple[str, Automaton, int]]) -> tuple[Violation
     return tuple(Violation(spec.name, spec.states[q], event, spec.meaning) for event, spec, q in broken)
 
 
-def _listed(violations: tuple[Violation, ...]) -> str:
-    return ", and ".join(str(v) for v in violations)
+def listed(violations: tuple[Violation, ...]) -> str:
+    """Join violations to one sentence; of very many, the first ones."""
+    most = [str(v) for v in violations[:MAX_LISTED]]
+    more = len(violations) - len(most)
+    return ", and ".join([*most, f"{more} more like these"] if more else most)
 
 
-def _after(trace: Trace) -> str:
+def after_words(trace: Trace) -> str:
+    """Say where a trace has led, however long it is."""
     if not len(trace):
         return "In the initial state"
     return f"After {trace}" if len(trace) <= 8 else f"After ..., {trace[-6:]} ({len(trace)} events)"
 
 
-def _could_follow(string: Trace) -> str:
+def could_follow(string: Trace) -> str:
+    """Say that uncontrollable events may come."""
     kind = "the uncontrollable events " if len(string) > 1 else "the uncontrollable event "
     return f"{kind}{string} could follow, which no supervisor can prevent"
