@@ -94,6 +94,7 @@ def test_synth_json_has_exact_counts_as_integers(run: Run) -> None:
         "controllable": True,
         "nonblocking": True,
         "engine": "explicit",
+        "engine_reason": "the product has at most 100,000 transitions",
     }
 
 

@@ -92,7 +92,8 @@ class Buffer {
   // Give back what has been made room for but not taken.
   void fit() {
     if (size_ == 0 || size_ == capacity_) return;
-    if (void* moved = std::realloc(static_cast<void*>(data_), size_ * sizeof(T))) data_ = static_cast<T*>(moved), capacity_ = size_;
+    void* moved = std::realloc(static_cast<void*>(data_), size_ * sizeof(T));
+    if (moved) data_ = static_cast<T*>(moved), capacity_ = size_;
   }
 
  private:

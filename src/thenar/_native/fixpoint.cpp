@@ -87,7 +87,8 @@ i32 Exploration::spread(Bits& alive, i32 level, Ticker& ticker) {
     return false;
   };
   if (sweep(alive.n_words(), [&](u64 w) { return alive.word(w); }, visit)) return level;
-  const Reversed back(n_states(), rows_.targets.data(), ticker, [&](u64 x) { return rows_.begin(x); }, [&](u64 x) { return rows_.free_end(x); });
+  const Reversed back(n_states(), rows_.targets.data(), ticker, [&](u64 x) { return rows_.begin(x); },
+                      [&](u64 x) { return rows_.free_end(x); });
   std::vector<u32> stack;
   for (u64 x = 0; x < n_states(); ++x)
     if (!alive[x]) stack.push_back(static_cast<u32>(x));
@@ -118,7 +119,8 @@ Bits Exploration::coreachable(const Bits& alive, std::vector<u32>* way, Ticker& 
     return false;
   };
   if (sweep(co.n_words(), [&](u64 w) { return alive.word(w) & ~co.word(w); }, visit)) return co;
-  const Reversed back(n_states(), rows_.targets.data(), ticker, [&](u64 x) { return rows_.begin(x); }, [&](u64 x) { return rows_.end(x); });
+  const Reversed back(n_states(), rows_.targets.data(), ticker, [&](u64 x) { return rows_.begin(x); },
+                      [&](u64 x) { return rows_.end(x); });
   std::vector<u32> stack;
   for (u64 x = 0; x < n_states(); ++x)
     if (co[x]) stack.push_back(static_cast<u32>(x));

@@ -115,8 +115,9 @@ Projection project(const Graph& g, i64 n_events, i64 initial, const u8* marked, 
     if (fresh) {
       queue.push_back(&place->first);  // keys of an unordered_map stay where they are
       n_members += place->first.size();
-      const u64 bytes = n_members * (sizeof(i64) + sizeof(i32)) + number.size() * kNode + out.events.size() * 2 * sizeof(i32);
-      ticker.check(number.size(), out.events.size(), bytes + static_cast<u64>(g.n_states) * sizeof(u32));
+      const u64 bytes = n_members * (sizeof(i64) + sizeof(i32)) + number.size() * kNode +
+                        out.events.size() * 2 * sizeof(i32) + static_cast<u64>(g.n_states) * sizeof(u32);
+      ticker.check(number.size(), out.events.size(), bytes);
     }
     return place->second;
   };

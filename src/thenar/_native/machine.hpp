@@ -5,7 +5,7 @@
 
 namespace thenar {
 
-// Independent random 8-byte reads a second over a table of n_words words, as many of them in flight as the machine keeps.
+// Independent random 8-byte reads a second over a table of n_words words, with as many in flight as the machine keeps.
 double random_reads(u64 n_words, u64 n_reads, Ticker& ticker);
 
 // Bytes a second: written for the first time into fresh memory, and read in order.

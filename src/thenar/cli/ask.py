@@ -11,7 +11,7 @@ from thenar.cli.common import (
     find_event,
     find_trace,
     limits,
-    load_problem,
+    load_any,
     models,
     print_json,
     run_synthesis,
@@ -41,7 +41,7 @@ def explain(
     from thenar.synthesis.explain import explain as explain_all
     from thenar.synthesis.explain import explain_disabled
 
-    problem = load_problem(model)
+    problem = load_any(model)
     trace = None if after is None else find_trace(problem.alphabet, after)
     event = None if event is None else find_event(problem.alphabet, event)
     result = run_synthesis(problem, bounds)
@@ -81,7 +81,7 @@ def simulate(
         raise InputError("say what to simulate: one of --trace, --interactive and --random")
     if interactive and json_:
         raise InputError("--interactive talks to a person; --json goes with --trace or --random")
-    problem = load_problem(model)
+    problem = load_any(model)
     names = None if trace is None else find_trace(problem.alphabet, trace)
     result = run_synthesis(problem, bounds)
     if not result:

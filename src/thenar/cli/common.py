@@ -16,6 +16,7 @@ from thenar.errors import InputError, UnknownName, did_you_mean
 
 if TYPE_CHECKING:
     from thenar.model.events import Alphabet
+    from thenar.model.extended import ExtendedProblem
     from thenar.model.limits import Limits, Progress
     from thenar.model.problem import Problem
     from thenar.model.trace import Trace
@@ -26,6 +27,7 @@ __all__ = [
     "find_event",
     "find_trace",
     "limits",
+    "load_any",
     "load_problem",
     "make_limits",
     "models",
@@ -62,6 +64,19 @@ def make_limits(max_states: int | None, max_seconds: float | None, max_bytes: in
 
 def load_problem(names: tuple[str, ...]) -> Problem:
     """Load library models and files; several are composed into one problem."""
+    from thenar.model.problem import Problem
+
+    loaded = load_any(names)
+    if not isinstance(loaded, Problem):
+        raise InputError(
+            f"{names[0]}: has variables or conditions, which this command does not take; "
+            "thenar synth, explain and simulate do"
+        )
+    return loaded
+
+
+def load_any(names: tuple[str, ...]) -> Problem | ExtendedProblem:
+    """Load as :func:`load_problem` does, or one model with variables and conditions."""
     from thenar import io, library
     from thenar.model.problem import Problem, compose
 
@@ -79,18 +94,18 @@ def load_problem(names: tuple[str, ...]) -> Problem:
                 ) from None
         elif name == files[0]:  # files share their events, so they are read together
             loaded = io.load(*files)
-            if not isinstance(loaded, Problem):
-                raise InputError(
-                    f"{name}: the commands do not take models with variables and conditions yet; "
-                    "in Python, thenar.synthesize(thenar.load(FILE)) does"
-                )
-            problems.append(loaded)
+            if isinstance(loaded, Problem):
+                problems.append(loaded)
+            elif len(names) > 1:
+                raise InputError(f"{name}: a model with variables or conditions stands alone; leave out the others")
+            else:
+                return loaded
     return compose(problems)
 
 
 def _is_file(name: str, models: Container[str]) -> bool:
     """Tell a file from the name of a library model: it looks like one, or it is there and no model is called so."""
-    looks = name == "-" or "/" in name or name.endswith((".toml", ".json"))
+    looks = name == "-" or "/" in name or name.endswith((".toml", ".json", ".cif"))
     return looks or (name not in models and os.path.exists(name))
 
 
@@ -133,7 +148,7 @@ def progress() -> Iterator[Progress | None]:
         status.stop()
 
 
-def run_synthesis(problem: Problem, bounds: dict[str, Any]) -> SynthesisResult:
+def run_synthesis(problem: Problem | ExtendedProblem, bounds: dict[str, Any]) -> SynthesisResult:
     """Synthesise within the limits of the command line, with progress."""
     from thenar.synthesis.api import synthesize
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from thenar.cli.common import as_json, limits, load_problem, make_limits, models, print_json, progress, say
+from thenar.cli.common import as_json, limits, load_any, load_problem, make_limits, models, print_json, progress, say
 from thenar.cli.large import report_symbolic
 from thenar.errors import InputError
 
@@ -47,55 +47,30 @@ def synth(
     Exit code 1 if none exists; the reason is printed.
     """
     from thenar import io
-    from thenar.explicit.control import is_controllable
-    from thenar.explicit.reach import is_nonblocking
     from thenar.synthesis.api import synthesize
     from thenar.synthesis.certificate import certificate
 
-    problem = load_problem(model)
+    problem = load_any(model)
     _check_outputs(model, output, certificate_)
+    if guards_ and engine == "explicit":
+        raise InputError("guards come from the symbolic engine; leave out --engine explicit")
     with progress() as show:
-        chosen = "symbolic" if guards_ and engine == "auto" else engine
+        chosen = "symbolic" if guards_ else engine
         result = synthesize(problem, chosen, order=order, limits=make_limits(**bounds), progress=show)
-        if result.symbolic is not None:
-            if output is not None and result:
-                io.atomic_write(output, io.dumps(result.supervisor.automaton, io.format_by_ending(output)))
-            if certificate_ is not None:
-                io.atomic_write(certificate_, certificate(result))
-            if not report_symbolic(result, result.symbolic, output, guards=guards_, as_json=json_):
-                raise click.exceptions.Exit(1)
-            return
-        if guards_:
-            raise InputError("guards come from the symbolic engine; leave out --engine explicit")
-        supervisor = result.supervisor.automaton
-        # not taken on trust: checked again on the result, as the properties of any automaton are
-        controllable = bool(is_controllable(supervisor, problem.plants, progress=show))
-        nonblocking = bool(is_nonblocking(supervisor))
-        plant = _plant_size(problem, result, make_limits(**bounds), show)
-    files: dict[str, str | bytes] = {}  # all made before the first is written
-    if certificate_ is not None:
-        files[certificate_] = certificate(result)
-    if output is not None and result:
-        files[output] = io.dumps(supervisor, io.format_by_ending(output))
+        files: dict[str, str | bytes] = {}  # all made before the first is written
+        if certificate_ is not None:
+            files[certificate_] = certificate(result)
+        if output is not None and result:
+            files[output] = io.dumps(result.supervisor.automaton, io.format_by_ending(output))
     for path, content in files.items():
         io.atomic_write(path, content)
-    if json_:
-        print_json(
-            {
-                "plant": {"states": plant[0], "transitions": plant[1]},
-                "supervisor": {"states": supervisor.n_states, "transitions": supervisor.n_transitions},
-                "controllable": controllable,
-                "nonblocking": nonblocking,
-                "engine": result.engine,
-                "seconds": result.seconds,
-                **({} if result else {"reason": result.reason.to_dict() if result.reason else None}),
-            }
-        )
-    else:
-        _report(problem, result, plant, output if result else None, certificate_)
-        if result:
-            say(f"  checked: {'' if controllable else 'NOT '}controllable, {'' if nonblocking else 'NOT '}nonblocking")
-    if not (result and controllable and nonblocking):
+    written = [
+        (what, path)
+        for what, path in (("supervisor", output if result else None), ("certificate", certificate_))
+        if path
+    ]
+    report = report_symbolic if result.symbolic is not None else _report
+    if not report(result, written, bounds, guards=guards_, as_json=json_):
         raise click.exceptions.Exit(1)
 
 
@@ -118,6 +93,56 @@ def _check_outputs(model: tuple[str, ...], output: str | None, certificate_: str
         io.format_by_ending(output)
 
 
+def _report(
+    result: SynthesisResult, written: list[tuple[str, str]], bounds: dict[str, Any], *, guards: bool, as_json: bool
+) -> bool:
+    """Print what was found and return whether it is a supervisor: it exists, and the checks agree."""
+    from thenar.explicit.control import is_controllable
+    from thenar.explicit.reach import is_nonblocking
+
+    plain, size = result.plain, result.size
+    automaton = result.extract.automaton if result.extract else result.supervisor.automaton
+    disablements = len(result.extract.disabled) if result.extract else 0
+    with progress() as show:
+        # not taken on trust: checked again on the result, as the properties of any automaton are
+        controllable = bool(is_controllable(automaton, plain.plants, progress=show))
+        nonblocking = bool(is_nonblocking(automaton))
+        plant = _plant_size(plain, result, make_limits(**bounds), show)
+    if as_json:
+        print_json(
+            {
+                "plant": {"states": plant[0], "transitions": plant[1]},
+                "supervisor": {"states": size.states, "transitions": size.transitions},
+                "controllable": controllable,
+                "nonblocking": nonblocking,
+                "engine": result.engine,
+                "engine_reason": result.engine_reason,
+                "seconds": result.seconds,
+                **({} if result else {"reason": result.reason.to_dict() if result.reason else None}),
+            }
+        )
+    else:
+
+        def sizes(what: str, states: int | None, transitions: int | None) -> None:
+            here = (
+                "not counted: too large" if states is None else f"{states:>12,} states {transitions:>12,} transitions"
+            )
+            say(f"  {what:<11} {here}")
+
+        say(str(result.problem))
+        sizes("plant", *plant)
+        if result:
+            sizes("supervisor", size.states, size.transitions)
+            say(f"  {disablements:,} disablements; {result.engine} engine, {1000 * result.seconds:.1f} ms")
+        else:
+            say(str(result.reason))
+        for what, path in written:
+            say(f"  {what} written to {path}")
+        if result:
+            say(f"  checked: {'' if controllable else 'NOT '}controllable, {'' if nonblocking else 'NOT '}nonblocking")
+    return bool(result) and controllable and nonblocking
+
+
 def _plant_size(
     problem: Problem, result: SynthesisResult, bounds: Limits, show: Progress | None
 ) -> tuple[int, int] | tuple[None, None]:
@@ -132,30 +157,6 @@ def _plant_size(
     except LimitReached:
         return None, None
     return plant.n_states, plant.n_transitions
-
-
-def _report(
-    problem: Problem,
-    result: SynthesisResult,
-    plant: tuple[int, int] | tuple[None, None],
-    output: str | None,
-    certificate_: str | None,
-) -> None:
-    def sizes(what: str, states: int | None, transitions: int | None) -> None:
-        counted = "not counted: too large" if states is None else f"{states:>12,} states {transitions:>12,} transitions"
-        say(f"  {what:<11} {counted}")
-
-    supervisor = result.supervisor
-    say(str(problem))
-    sizes("plant", *plant)
-    if result:
-        sizes("supervisor", supervisor.n_states, supervisor.n_transitions)
-        say(f"  {len(supervisor.disabled):,} disablements; {result.engine} engine, {1000 * result.seconds:.1f} ms")
-    else:
-        say(str(result.reason))
-    for what, path in (("supervisor", output), ("certificate", certificate_)):
-        if path is not None:
-            say(f"  {what} written to {path}")
 
 
 @click.command()

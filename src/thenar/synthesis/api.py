@@ -31,6 +31,8 @@ __all__ = ["ENGINES", "Size", "SynthesisResult", "synthesize"]
 ENGINES = ("explicit", "symbolic")
 SURELY_SMALL = 1_000_000  # states of the product: milliseconds of exploration, not worth a thought
 LISTED = 4_000_000  # states that engine "auto" lists one by one: about a second, and explanations are at hand
+FEW = 64  # automata of a product that may turn out to be small after all
+TRIED = 100_000  # states and transitions that are listed to find out: a few milliseconds
 TRIED_BYTES = 1 << 30  # memory that engine "auto" gives to counting them
 UNFOLDED = 2_000_000  # states of a symbolic supervisor that are listed when someone wants them one by one
 
@@ -201,6 +203,16 @@ def synthesize(
     most = prod(a.n_states for a in problem.automata)
     if most <= SURELY_SMALL:
         return _explicit(problem, f"the product has at most {most:,} states", limits, progress)
+    if len(problem.automata) <= FEW:
+        bounds = limits or Limits()
+        tried = replace(
+            bounds, states=min(bounds.states or TRIED, TRIED), transitions=min(bounds.transitions or TRIED, TRIED)
+        )
+        try:
+            return _explicit(problem, f"the product has at most {TRIED:,} transitions", tried, progress)
+        except LimitReached as reached:
+            if reached.limit not in ("states", "transitions"):
+                raise
     return _counted(problem, order, limits, progress)
 
 
