@@ -118,7 +118,10 @@ class SynthesisResult(Displayable):
 
     @cached_property
     def size(self) -> Size:
-        """States and transitions of the supervisor, exactly; an event's several outcomes are one transition."""
+        """States and transitions of the supervisor, exactly; an event's several outcomes are one transition.
+
+        Counting the transitions of a symbolic one may take longer than the synthesis; ``symbolic.n_states`` does not.
+        """
         if self.symbolic is not None:
             return Size(self.symbolic.n_states, self.symbolic.n_transitions)
         if self.extract is None or self.evidence is None:
@@ -148,7 +151,7 @@ class SynthesisResult(Displayable):
         if not self:
             return f"{title}: no supervisor exists"
         if self.symbolic is not None:
-            return f"{title}: {about(self.size.states)} states, of {about(self.explored.states)} reachable (symbolic)"
+            return f"{title}: {about(self.symbolic.n_states)} states, of {about(self.explored.states)} reachable (symbolic)"
         sizes = f"{counted(self.size.states, 'state')}, {counted(self.size.transitions, 'transition')}"
         return f"{title}: {sizes}, of {self.explored.states:,} explored ({self.engine})"
 

@@ -6,13 +6,19 @@
 """
 
 from thenar.testing import extended_oracle, oracle
-from thenar.testing.asserts import assert_isomorphic, assert_same_languages, assert_same_numbering
+from thenar.testing.asserts import (
+    assert_isomorphic,
+    assert_same_languages,
+    assert_same_numbering,
+    assert_same_supervisor,
+)
 from thenar.testing.random_models import random_alphabet, random_automaton, random_extended_problem, random_problem
 
 __all__ = [
     "assert_isomorphic",
     "assert_same_languages",
     "assert_same_numbering",
+    "assert_same_supervisor",
     "extended_oracle",
     "oracle",
     "random_alphabet",

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from thenar.model.automaton import Automaton
-from thenar.model.trace import Check
+from thenar.model.supervisor import Supervisor
+from thenar.model.trace import Check, Trace
 from thenar.testing.graphs import read
 from thenar.testing.oracle import isomorphic, same_languages
 
-__all__ = ["assert_isomorphic", "assert_same_languages", "assert_same_numbering"]
+__all__ = ["assert_isomorphic", "assert_same_languages", "assert_same_numbering", "assert_same_supervisor"]
 
 
 def assert_isomorphic(a: Automaton, b: Automaton) -> None:
@@ -45,6 +46,28 @@ def assert_same_numbering(a: Automaton, b: Automaton) -> None:
         if (other := b.run(trace)[-1]) != state:
             reason = f"the first is in state {state}, the second in state {other}"
             _require(Check("same numbering", False, trace, reason), a, b)
+
+
+def assert_same_supervisor(a: Supervisor, b: Supervisor) -> None:
+    """Fail unless ``a`` and ``b`` have the same states by number and name, and enable and disable the same there.
+
+    >>> from thenar.library.classics import cat_and_mouse
+    >>> from thenar.synthesis.api import synthesize
+    >>> explicit, symbolic = (synthesize(cat_and_mouse(), engine) for engine in ("explicit", "symbolic"))
+    >>> assert_same_supervisor(explicit.supervisor, symbolic.supervisor)
+    """
+    if a.is_empty or b.is_empty:
+        _require(
+            Check("supervisor", a.is_empty == b.is_empty, Trace(), "one of them is empty"), a.automaton, b.automaton
+        )
+        return
+    assert_same_numbering(a.automaton, b.automaton)
+    for q in range(a.n_states):
+        mine, theirs = (f"{s.automaton.states[q]}: {s.pattern(q)}" for s in (a, b))
+        if mine != theirs:
+            trace = read(a.automaton).shortest_traces()[q]
+            reason = f"the first says {mine}, the second {theirs}"
+            _require(Check("same supervisor", False, trace, reason), a.automaton, b.automaton)
 
 
 def _require(check: Check, a: Automaton, b: Automaton) -> None:
