@@ -151,7 +151,8 @@ class SynthesisResult(Displayable):
         if not self:
             return f"{title}: no supervisor exists"
         if self.symbolic is not None:
-            return f"{title}: {about(self.symbolic.n_states)} states, of {about(self.explored.states)} reachable (symbolic)"
+            found, whole = about(self.symbolic.n_states), about(self.explored.states)
+            return f"{title}: {found} states, of {whole} reachable (symbolic)"
         sizes = f"{counted(self.size.states, 'state')}, {counted(self.size.transitions, 'transition')}"
         return f"{title}: {sizes}, of {self.explored.states:,} explored ({self.engine})"
 
