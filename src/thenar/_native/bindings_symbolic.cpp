@@ -115,9 +115,9 @@ void tidy(Forest& f) {
 
 // The union or intersection of many sets, the lowest first, so that each is walked through about once.
 template <class F>
-Node fold(Forest& f, std::vector<Node> nodes, Node nothing_to_fold, F combine) {
+Node fold(Forest& f, std::vector<Node> nodes, Node start, F combine) {
   std::stable_sort(nodes.begin(), nodes.end(), [&](Node a, Node b) { return f.level(a) < f.level(b); });
-  Node all = nothing_to_fold;
+  Node all = start;
   for (Node n : nodes) all = combine(all, n);
   return all;
 }
@@ -224,13 +224,13 @@ void bind_symbolic(nb::module_& m) {
         on_deep_stack(*f, ticker, [&] { all = fold(*f, std::move(nodes), kNothing, [&](Node a, Node b) { return f->unite(a, b); }); });
         return Set(f, all);
       }, "sets"_a, "ticker"_a)
-      .def("all_of", [](const Shared& f, const std::vector<const Set*>& sets, Ticker& ticker) {
+      .def("all_of", [](const Shared& f, const std::vector<const Set*>& sets, Ticker& ticker, const Set* within) {
         tidy(*f);
         std::vector<Node> nodes = nodes_of(f, sets);
-        Node all = kEverything;
-        on_deep_stack(*f, ticker, [&] { all = fold(*f, std::move(nodes), kEverything, [&](Node a, Node b) { return f->intersect(a, b); }); });
+        Node all = within ? within->node : kEverything;
+        on_deep_stack(*f, ticker, [&] { all = fold(*f, std::move(nodes), all, [&](Node a, Node b) { return f->intersect(a, b); }); });
         return Set(f, all);
-      }, "sets"_a, "ticker"_a)
+      }, "sets"_a, "ticker"_a, "within"_a.none() = nb::none())
       // Relations are numbers; 0 is never, 1 the identity.
       .def("shift", [](const Shared& f, u32 level, In<u32> from, In<u32> to, Relation next) {
         std::vector<Pair> pairs(from.shape(0));

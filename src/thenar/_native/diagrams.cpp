@@ -108,7 +108,8 @@ void Forest::collect() {
   });
   rehash(unique_.size());
   ++n_collections_;
-  threshold_ = std::max<u64>(threshold_, 2 * n_alive_);
+  // What is collected is forgotten by the cache too, and found again at a cost: the more often, the rarer.
+  threshold_ = std::max<u64>(2 * n_alive_, std::min<u64>(2 * threshold_, kManyNodes));
 }
 
 u32 Forest::join_family() {

@@ -148,6 +148,7 @@ class Forest {
 
  private:
   enum Operation : u32 { kUnite = 1, kIntersect, kSubtract, kImage, kSimplify, kForget };
+  static constexpr u64 kManyNodes = 1 << 25;  // about a gigabyte
   u32 top(Node a, Node b) const { return std::max(level_[a], level_[b]); }
   template <class F>
   Node apply(u32 level, Node a, Node b, F combine);

@@ -24,7 +24,7 @@ def is_controllable(supervisor: SymbolicSupervisor) -> bool:
         inside = states & event.possible
         if inside - event.allowed or (forest.image(inside, event.relation) & supervisor.reachable) - states:
             return False
-    return not states - supervisor.encoding.requirement
+    return not any(states - required for required in supervisor.encoding.requirements)
 
 
 def is_nonblocking(supervisor: SymbolicSupervisor) -> bool:

@@ -250,7 +250,7 @@ class Encoding:
                     where = invariants if c.event is None else needs.setdefault(c.event, [])
                     where.append(self.predicate(c.predicate))
         self.invariant = f.all_of(plant_invariants, self.tick)
-        self.requirement = f.all_of(spec_invariants, self.tick)
+        self.requirements = spec_invariants  # together they may be large where states are reached that are few
         self.initial = f.all_of(initial, self.tick) & self.invariant
         self.marked = f.all_of(marked, self.tick)
         self.events: list[EventRelation] = []

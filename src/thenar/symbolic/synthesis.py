@@ -161,7 +161,7 @@ def supremal(encoding: Encoding, reachable: kernel.Set) -> SymbolicSupervisor:
     f, tick = encoding.forest, encoding.tick
     events = encoding.events
     illegal = [e.possible - e.allowed for e in events if not e.controllable]
-    bad = reachable & f.any_of([s for s in illegal if s], tick) | reachable - encoding.requirement
+    bad = reachable & f.any_of([s for s in illegal if s], tick) | reachable - f.all_of(encoding.requirements, tick, reachable)
     inverse = {e.name: f.inverse(e.relation) for e in events}
     uncontrolled = f.saturation([inverse[e.name] for e in events if not e.controllable])
     removals = [Removal("illegal", bad, uncontrolled(bad, reachable, tick))] if bad else []
