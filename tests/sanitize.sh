@@ -10,4 +10,4 @@ venv=build/sanitize
 # The interpreter itself leaks on exit; what is looked for is what the kernel does while it runs.
 LD_PRELOAD="$(g++ -print-file-name=libasan.so) $(g++ -print-file-name=libubsan.so)" ASAN_OPTIONS=detect_leaks=0 \
   UBSAN_OPTIONS=print_stacktrace=1 "$venv/bin/python" -P -m pytest --override-ini=testpaths=tests -p no:cacheprovider \
-  -q tests/explicit tests/synthesis "$@"
+  -q tests/explicit tests/symbolic tests/synthesis "$@"

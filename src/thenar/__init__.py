@@ -69,9 +69,10 @@ if TYPE_CHECKING:
     from thenar.runtime.record import Log, LogWriter, read_log
     from thenar.runtime.replay import Replay, replay
     from thenar.runtime.run import Run
-    from thenar.symbolic.guards import Guards, guards
+    from thenar.symbolic.guards import Guards, guards, supervised
     from thenar.symbolic.synthesis import SymbolicSupervisor
     from thenar.synthesis.certificate import certificate
+    from thenar.synthesis.modular import ModularResult, synthesize_modular
     from thenar.synthesis.verify import Verdict, verify
 
 # Imported when first used: import thenar pulls NumPy and the kernel only.
@@ -80,8 +81,9 @@ _LATER = {
         ("Condition", "ExtendedAutomaton", "ExtendedProblem", "Variable", "disables", "invariant", "needs"),
         "thenar.model.extended",
     ),
-    **dict.fromkeys(("Guards", "guards"), "thenar.symbolic.guards"),
+    **dict.fromkeys(("Guards", "guards", "supervised"), "thenar.symbolic.guards"),
     "SymbolicSupervisor": "thenar.symbolic.synthesis",
+    **dict.fromkeys(("ModularResult", "synthesize_modular"), "thenar.synthesis.modular"),
     **dict.fromkeys(("Campaign", "run_campaign"), "thenar.hand.campaign"),
     **dict.fromkeys(("Episode", "run_episode"), "thenar.hand.episode"),
     "Block": "thenar.hand.objects",
@@ -123,6 +125,7 @@ __all__ = [
     "LogWriter",
     "Mistake",
     "ModelError",
+    "ModularResult",
     "Problem",
     "Replay",
     "Run",
@@ -181,9 +184,11 @@ __all__ = [
     "shuffle",
     "simulate",
     "supcon",
+    "supervised",
     "svg",
     "sync",
     "synthesize",
+    "synthesize_modular",
     "table",
     "trim",
     "verify",

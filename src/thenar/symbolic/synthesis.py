@@ -110,7 +110,13 @@ class SymbolicSupervisor:
         event = self.events.get(name)
         if event is None:
             return self.encoding.forest.nothing
-        return self.encoding.forest.image(states & self.enabled(event), event.relation) & self.safe
+        forest = self.encoding.forest
+        entered = forest.image(states, event.relation) & self.reachable
+        if event.choice and entered - self.safe:  # disabled as a whole where one outcome must not be
+            entered = forest.image(
+                states - forest.image(entered - self.safe, forest.inverse(event.relation)), event.relation
+            )
+        return entered & self.safe
 
     def pick(self, states: kernel.Set) -> tuple[int, ...]:
         """Return one of ``states``, the first: the value of each part of the encoding."""
@@ -130,11 +136,9 @@ class SymbolicSupervisor:
         enabled: list[Event] = []
         disabled: list[Event] = []
         for e in self.encoding.events:
-            here = self.encoding.alphabet[e.name]
-            if states & self.enabled(e):
-                enabled.append(here)
-            elif states & e.possible:
-                disabled.append(here)
+            here = states & e.possible
+            if here:
+                (enabled if self.follow(here, e.name) else disabled).append(self.encoding.alphabet[e.name])
         return ControlPattern(tuple(enabled), tuple(disabled))
 
     def __repr__(self) -> str:
@@ -161,7 +165,9 @@ def supremal(encoding: Encoding, reachable: kernel.Set) -> SymbolicSupervisor:
     f, tick = encoding.forest, encoding.tick
     events = encoding.events
     illegal = [e.possible - e.allowed for e in events if not e.controllable]
-    bad = reachable & f.any_of([s for s in illegal if s], tick) | reachable - f.all_of(encoding.requirements, tick, reachable)
+    bad = reachable & f.any_of([s for s in illegal if s], tick) | reachable - f.all_of(
+        encoding.requirements, tick, reachable
+    )
     inverse = {e.name: f.inverse(e.relation) for e in events}
     uncontrolled = f.saturation([inverse[e.name] for e in events if not e.controllable])
     removals = [Removal("illegal", bad, uncontrolled(bad, reachable, tick))] if bad else []
