@@ -175,6 +175,12 @@ void bind_symbolic(nb::module_& m) {
         tidy(*a.forest);
         return Set(a.forest, a.forest->forget(a.node, {levels.data(), levels.data() + levels.shape(0)}));
       }, "levels"_a)
+      .def("factors", [](const Set& a) {
+        tidy(*a.forest);
+        std::vector<Set> found;
+        for (Node n : a.forest->factors(a.node)) found.emplace_back(a.forest, n);
+        return found;
+      })
       .def("products", [](const Set& low, const Set& high, u64 limit) -> std::optional<std::vector<std::vector<std::pair<u32, std::vector<u32>>>>> {
         tidy(*low.forest);
         std::vector<Forest::Product> found;
@@ -244,6 +250,7 @@ void bind_symbolic(nb::module_& m) {
       .def("either", [](const Shared& f, Relation a, Relation b) { return f->either(a, b); }, "a"_a, "b"_a)
       .def("restrict", [](const Shared& f, Relation r, const Set& before) { return f->restrict(r, before.node); }, "relation"_a, "before"_a)
       .def("inverse", [](const Shared& f, Relation r) { return f->inverse(r); }, "relation"_a)
+      .def("relation_support", [](const Shared& f, Relation r) { return f->relation_support(r); }, "relation"_a)
       .def("domain", [](const Shared& f, Relation r) { tidy(*f); return Set(f, f->domain(r)); }, "relation"_a)
       .def("image", [](const Shared& f, const Set& set, Relation r) { tidy(*f); return Set(f, f->image(set.node, r)); },
            "set"_a, "relation"_a)

@@ -222,6 +222,47 @@ Node Forest::simplify(Node set, Node care) {
   return result;
 }
 
+std::vector<Node> Forest::factors(Node set) {
+  std::vector<Node> found;
+  if (set <= kEverything) return found;
+  const std::vector<Node> nodes = bottom_up(set);
+  // How far up a node is referred to from; between there and its own level it is one of the ways through.
+  std::unordered_map<Node, u32> reach;
+  for (Node n : nodes)
+    for (u32 i = 0; i < sizes_[level_[n]]; ++i)
+      if (const Node kid = child(n, level_[n], i); kid != kNothing) {
+        u32& highest = reach[kid];
+        highest = std::max(highest, level_[n]);
+      }
+  std::vector<i64> ways(n_levels() + 2, 0);  // between level k + 1 and level k
+  for (const auto& [n, highest] : reach) {
+    ++ways[level_[n]];
+    --ways[highest];
+  }
+  for (u32 k = 1; k < ways.size(); ++k) ways[k] += ways[k - 1];
+  Node top = set;
+  for (auto next = nodes.rbegin(); next != nodes.rend(); ++next) {
+    const Node n = *next;
+    if (n == set || ways[level_[n]] != 1) continue;
+    std::unordered_map<Node, Node> memo;
+    found.push_back(replace(top, n, memo));
+    top = n;
+  }
+  found.push_back(top);
+  return found;
+}
+
+// n with everything in place of `old`.
+Node Forest::replace(Node n, Node old, std::unordered_map<Node, Node>& memo) {
+  if (n == old) return kEverything;
+  if (n <= kEverything || level_[n] <= level_[old]) return n;
+  if (auto known = memo.find(n); known != memo.end()) return known->second;
+  const u32 level = level_[n];
+  std::vector<Node> kids(sizes_[level]);
+  for (u32 i = 0; i < sizes_[level]; ++i) kids[i] = replace(child(n, level, i), old, memo);
+  return memo[n] = make(level, kids.data());
+}
+
 bool Forest::products(Node low, Node high, u64 limit, std::vector<Product>& out) {
   Product prefix;
   cover(low, high, limit, prefix, out);

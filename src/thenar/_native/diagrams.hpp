@@ -87,6 +87,9 @@ class Forest {
   Node table(const std::vector<u32>& levels, const u8* truth);
   // Any set between `set` and the complement of `care` minus it that has few nodes: equal to `set` within `care`.
   Node simplify(Node set, Node care);
+  // Sets over separate levels whose intersection is `set`, the topmost first: the diagram cut wherever all of it
+  // passes through one node.
+  std::vector<Node> factors(Node set);
   // A sum of few products between `low` and `high` (low ⊆ high); stops with false at more than `limit` products.
   struct Literal {
     u32 level;
@@ -104,6 +107,7 @@ class Forest {
   Relation restrict(Relation r, Node before);       // where `before` holds before
   Relation inverse(Relation r);
   Relation rows(const std::vector<u32>& levels, const u32* before_after, u64 n_rows);  // explicit pairs; levels falling
+  std::vector<u32> relation_support(Relation r) const;
   Node domain(Relation r);
   Node image(Node set, Relation r);
   u32 relation_level(Relation r) const { return steps_[r].level; }
@@ -158,6 +162,7 @@ class Forest {
   Relation rows(const std::vector<u32>& levels, u32 depth, std::vector<const u32*>& pointers, u64 lo, u64 hi);
   std::vector<Node> bottom_up(Node set) const;
   struct Walk;
+  Node replace(Node n, Node old, std::unordered_map<Node, Node>& memo);
   Node cover(Node low, Node high, u64 limit, Product& prefix, std::vector<Product>& out);
 
   std::vector<u32> sizes_;  // sizes_[0] unused

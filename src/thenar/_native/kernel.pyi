@@ -159,6 +159,9 @@ class Set:
     def forget(self, levels: NDArray[np.uint8]) -> Set:
         """The set with each level k for which ``levels[k]`` is not 0 free to take any value."""
 
+    def factors(self) -> list[Set]:
+        """Sets over separate levels whose intersection is this one, the topmost first."""
+
     def products(self, high: Set, limit: int) -> list[list[tuple[int, list[int]]]] | None:
         """A sum of few products between this set and ``high``: lists of (level, values); None beyond ``limit``."""
 
@@ -210,6 +213,9 @@ class Forest:
     def either(self, a: int, b: int) -> int: ...
     def restrict(self, relation: int, before: Set) -> int: ...
     def inverse(self, relation: int) -> int: ...
+    def relation_support(self, relation: int) -> list[int]:
+        """Levels that the relation reads or writes, the top one first."""
+
     def domain(self, relation: int) -> Set: ...
     def image(self, set: Set, relation: int) -> Set: ...
     def steps(self, set: Set, part: Set, relation: int) -> tuple[NDArray[np.uint32], NDArray[np.uint32]]:

@@ -135,6 +135,22 @@ Relation Forest::rows(const std::vector<u32>& levels, u32 depth, std::vector<con
   return step(levels[depth], std::move(pairs));
 }
 
+std::vector<u32> Forest::relation_support(Relation r) const {
+  std::vector<u32> levels;
+  std::vector<Relation> open{r};
+  std::unordered_map<Relation, bool> seen;
+  while (!open.empty()) {
+    const Relation next = open.back();
+    open.pop_back();
+    if (next <= kIdentity || !seen.emplace(next, true).second) continue;
+    levels.push_back(relation_level(next));
+    for (const Pair* p = begin(next); p != end(next); ++p) open.push_back(p->next);
+  }
+  std::sort(levels.rbegin(), levels.rend());
+  levels.erase(std::unique(levels.begin(), levels.end()), levels.end());
+  return levels;
+}
+
 Node Forest::domain(Relation r) {
   if (r <= kIdentity) return r;  // never: nothing; the identity: everything
   if (auto known = domains_.find(r); known != domains_.end()) return known->second;

@@ -61,8 +61,8 @@ def guards(supervisor: SymbolicSupervisor) -> Guards:
     true | ROOM4.mouse
     """
     encoding = supervisor.encoding
-    removed = supervisor.reachable - supervisor.safe
-    sets = {e.name: _enabling(supervisor, e, removed) for e in encoding.events if e.controllable}
+    enabling = _Enabling(supervisor)
+    sets = {e.name: enabling(e) for e in encoding.events if e.controllable}
     everything = encoding.forest.everything
     writer = _Writer(encoding)
     predicates = {e.name: writer.write(sets.get(e.name, everything)) for e in encoding.alphabet if e.controllable}
@@ -116,17 +116,39 @@ def expanded(predicate: Expression, definitions: Mapping[str, Expression]) -> Ex
     return put(predicate)
 
 
-def _enabling(supervisor: SymbolicSupervisor, event: EventRelation, removed: kernel.Set) -> kernel.Set:
-    """Return a set with a small diagram that holds of the states offering ``event`` just those that may do it."""
-    forest, controlled = supervisor.encoding.forest, supervisor.controlled
-    harmful = event.offered - event.allowed
-    if removed:
-        harmful |= forest.image(removed, forest.inverse(event.relation))
-    off = controlled & harmful
-    if not off:
-        return forest.everything
-    on = (controlled & event.offered) - off
-    return on.simplify(on | off)
+class _Enabling:
+    """Finds small sets that hold, of the states offering an event, just those that may do it.
+
+    The states that are safe, and those that are controlled, are each the intersection of sets over separate levels; for
+    an event only those count that it touches: of the others none can become unsafe.
+    """
+
+    def __init__(self, supervisor: SymbolicSupervisor) -> None:
+        self.forest = supervisor.encoding.forest
+        safe = supervisor.safe.simplify(supervisor.reachable)
+        self.safe = [(set(f.support()), f) for f in safe.factors()]
+        self.controlled = [(set(f.support()), f) for f in supervisor.controlled.factors()]
+        self.tick, self.invariant = supervisor.encoding.tick, supervisor.encoding.invariant
+        self.is_empty = supervisor.is_empty
+
+    def __call__(self, event: EventRelation) -> kernel.Set:
+        if self.is_empty:
+            return self.forest.nothing
+        touched = set(self.forest.relation_support(event.relation))
+        safe = [(levels, f) for levels, f in self.safe if levels & touched]
+        back = self.forest.inverse(event.relation)
+        # a step that would break an invariant of the plant is none, and so leads to nothing unsafe
+        lost = [self.forest.image(self.invariant - f, back) & event.offered for _, f in safe]
+        harmful = self.forest.any_of([event.offered - event.allowed, *lost], self.tick)
+        if not harmful:
+            return self.forest.everything
+        spoken_of = touched.union(harmful.support(), event.offered.support())
+        within = [f for levels, f in self.controlled if levels & spoken_of]
+        off = self.forest.all_of(within, self.tick, harmful)
+        if not off:
+            return self.forest.everything
+        on = self.forest.all_of(within, self.tick, event.offered) - off
+        return on.simplify(on | off)
 
 
 class _Writer:
