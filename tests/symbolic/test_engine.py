@@ -14,7 +14,7 @@ import thenar
 from thenar.errors import InputError, LimitReached
 from thenar.model.automaton import Automaton
 from thenar.model.limits import Limits
-from thenar.symbolic import encode
+from thenar.symbolic import levels
 from thenar.symbolic.order import METHODS
 from thenar.synthesis.certificate import statement
 from thenar.testing import extended_oracle
@@ -84,8 +84,8 @@ def test_an_order_can_be_given_and_is_reproducible() -> None:
 
 
 def test_garbage_is_collected_without_harm(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(encode, "COLLECT_AT", 64)
-    monkeypatch.setattr(encode, "CACHE_BYTES", 1 << 12)
+    monkeypatch.setattr(levels, "COLLECT_AT", 64)
+    monkeypatch.setattr(levels, "CACHE_BYTES", 1 << 12)
     for name, states in (("glr", 2809), ("agv", 4406), ("chain(20)", 2 * 3**19), ("dining(20)", pell_lucas(20) - 1)):
         result = thenar.synthesize(thenar.library.model(name), "symbolic")
         assert result.size.states == states

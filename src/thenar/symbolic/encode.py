@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import prod
 
@@ -13,35 +13,15 @@ from numpy.typing import NDArray
 from thenar._native import kernel
 from thenar.errors import InputError
 from thenar.model.automaton import Automaton
-from thenar.model.expressions import FALSE, TRUE, At, Constant, Expression, Name, Operation, Value, evaluate, leaves
-from thenar.model.extended import Edge, ExtendedAutomaton, ExtendedProblem, Variable
+from thenar.model.expressions import TRUE, Expression
+from thenar.model.extended import Edge, ExtendedAutomaton, ExtendedProblem
 from thenar.model.limits import Limits
-from thenar.model.names import Listed, StateNames
 from thenar.model.problem import Problem
-from thenar.symbolic.order import find_order
+from thenar.symbolic.levels import Levels, automaton_part, code, variable_part
 
-__all__ = ["Encoding", "Part"]
+__all__ = ["Encoding", "EventRelation"]
 
-MAX_TABLE = 1 << 22  # combinations of values that one comparison or update may have
 MAX_CHOICES = 1 << 14  # combinations of guarded edges that one event may have
-CACHE_BYTES = 1 << 29  # at most, for results of operations on diagrams
-COLLECT_AT = 1 << 16  # nodes
-
-
-@dataclass(frozen=True, slots=True)
-class Part:
-    """What one level stands for: an automaton, its ``labels`` the states, or a variable with its ``values``."""
-
-    name: str
-    labels: StateNames
-    values: tuple[Value, ...]
-    initial: NDArray[np.bool_]
-    marked: NDArray[np.bool_]
-
-    @property
-    def size(self) -> int:
-        """How many values it has."""
-        return len(self.initial)
 
 
 @dataclass(slots=True)
@@ -73,7 +53,7 @@ class EventRelation:
     choice: bool
 
 
-class Encoding:
+class Encoding(Levels):
     """A problem as a forest of decision diagrams.
 
     ``parts`` are the plants, the specifications and the variables in the problem's order; ``order`` (n_parts,)
@@ -88,115 +68,28 @@ class Encoding:
         order: str | Sequence[str] = "auto",
         limits: Limits | None = None,
     ) -> None:
-        self.problem, self.tick = problem, tick
+        self.problem = problem
         self.alphabet = problem.alphabet
         automata: list[Automaton | ExtendedAutomaton] = [*problem.plants, *problem.specs]
         self.n_plants = len(problem.plants)
-        self.parts = [_automaton_part(a) for a in automata]
+        parts = [automaton_part(a) for a in automata]
         if isinstance(problem, ExtendedProblem):
-            self.parts += [_variable_part(v) for v in problem.variables]
-        self.number = {p.name: k for k, p in enumerate(self.parts)}
+            parts += [variable_part(v) for v in problem.variables]
+        super().__init__(parts, tick)
         moves = self._moves(automata)
         conditions = (
             (*problem.plant_conditions, *problem.spec_conditions) if isinstance(problem, ExtendedProblem) else ()
         )
         edges = [self._event_support(m) for m in moves]
         for condition in conditions:
-            used = self._support(condition.predicate)
+            used = self.support(condition.predicate)
             if condition.event is not None:
                 used = used | set(edges[self.alphabet.index(condition.event)])
             edges.append(sorted(used))
         if isinstance(problem, ExtendedProblem):
-            edges += [sorted(self._support(p)) for p in (problem.initial, problem.marked)]
-        self.order = self._order(order, edges)
-        n = len(self.parts)
-        self.level = np.empty(n, np.int64)  # of each part
-        self.level[self.order] = np.arange(n, 0, -1)
-        bound = (limits or Limits()).bytes
-        sizes = np.array([self.parts[k].size for k in self.order[::-1]], np.uint32)
-        most = (1 << 63) - 1 if bound is None else bound
-        self.forest = kernel.Forest(sizes, most, min(CACHE_BYTES, most), COLLECT_AT)
-        self._sets: dict[Expression, kernel.Set] = {TRUE: self.forest.everything, FALSE: self.forest.nothing}
+            edges += [sorted(self.support(p)) for p in (problem.initial, problem.marked)]
+        self.arrange(edges, order, limits)
         self._fill(problem, moves)
-
-    # -- levels --------------------------------------------------------------------------------------------
-
-    def _order(self, order: str | Sequence[str], edges: list[list[int]]) -> NDArray[np.uint32]:
-        if isinstance(order, str):
-            return find_order(len(self.parts), edges, order, self.tick)
-        if sorted(order) != sorted(self.number):
-            missing = sorted(set(self.number) ^ set(order))[:5]
-            raise InputError(
-                f"an order lists every automaton and variable once; look at {', '.join(missing) or 'repetitions'}"
-            )
-        return np.array([self.number[name] for name in order], np.uint32)
-
-    def literal(self, part: int, mask: NDArray[np.bool_]) -> kernel.Set:
-        """Return the states in which ``part`` has one of the values with ``mask[value]``."""
-        return self.forest.literal(int(self.level[part]), mask.astype(np.uint8))
-
-    # -- expressions ---------------------------------------------------------------------------------------
-
-    def _support(self, expression: Expression) -> set[int]:
-        return {
-            self.number[leaf.automaton if isinstance(leaf, At) else leaf.name]
-            for leaf in leaves(expression)
-            if not isinstance(leaf, Constant)
-        }
-
-    def predicate(self, expression: Expression) -> kernel.Set:
-        """Return the states in which ``expression`` is true."""
-        found = self._sets.get(expression)
-        if found is None:
-            found = self._sets[expression] = self._predicate(expression)
-        return found
-
-    def _predicate(self, expression: Expression) -> kernel.Set:
-        if isinstance(expression, At):
-            part = self.number[expression.automaton]
-            return self.literal(part, self._at(part, expression.state))
-        if isinstance(expression, Operation) and expression.operator in ("and", "or"):
-            sets = [self.predicate(x) for x in expression.operands]
-            fold = self.forest.all_of if expression.operator == "and" else self.forest.any_of
-            return fold(sets, self.tick)
-        if isinstance(expression, Operation) and expression.operator == "not":
-            return ~self.predicate(expression.operands[0])
-        parts = self._falling(self._support(expression))
-        truth = np.broadcast_to(self._table(expression, parts), [self.parts[p].size for p in parts])
-        return self.forest.table([int(self.level[p]) for p in parts], truth.astype(np.uint8).ravel())
-
-    def _at(self, part: int, state: str) -> NDArray[np.bool_]:
-        labels = self.parts[part].labels
-        return np.array([labels[q] == state for q in range(len(labels))], np.bool_)
-
-    def _falling(self, parts: Iterable[int]) -> list[int]:
-        """Sort ``parts`` from the top level down."""
-        return sorted(parts, key=lambda p: -self.level[p])
-
-    def _table(self, expression: Expression, parts: Sequence[int]) -> NDArray[np.generic]:
-        """Return the value of ``expression`` for all values of ``parts``, an axis each."""
-        sizes = [self.parts[p].size for p in parts]
-        if prod(sizes) > MAX_TABLE:
-            names = ", ".join(self.parts[p].name for p in parts)
-            raise InputError(
-                f"expression {expression}: {prod(sizes):,} combinations of {names}; {MAX_TABLE:,} are the most"
-            )
-        axis = {p: k for k, p in enumerate(parts)}
-
-        def value(leaf: Constant | Name | At) -> NDArray[np.generic]:
-            if isinstance(leaf, Constant):
-                return np.asarray(_code(leaf.value))
-            part = self.number[leaf.automaton if isinstance(leaf, At) else leaf.name]
-            if isinstance(leaf, At):
-                row: list[int | bool] = (self._at(part, leaf.state)).tolist()
-            else:
-                row = [_code(v) for v in self.parts[part].values]
-            shape = [1] * len(parts)
-            shape[axis[part]] = len(row)
-            return np.array(row).reshape(shape)
-
-        result: NDArray[np.generic] = np.asarray(evaluate(expression, value))
-        return result
 
     # -- events --------------------------------------------------------------------------------------------
 
@@ -226,9 +119,9 @@ class Encoding:
         used = {m.part for m in moves}
         for m in moves:
             for edge in m.guarded:
-                used |= self._support(edge.guard)
+                used |= self.support(edge.guard)
                 for variable, value in edge.updates:
-                    used |= self._support(value) | {self.number[variable]}
+                    used |= self.support(value) | {self.number[variable]}
         return sorted(used)
 
     def _fill(self, problem: Problem | ExtendedProblem, moves: list[list[_Moves]]) -> None:
@@ -255,7 +148,7 @@ class Encoding:
         self.marked = f.all_of(marked, self.tick)
         self.events: list[EventRelation] = []
         for event, own in zip(self.alphabet, moves, strict=True):
-            if own or event.name in plant_needs or event.name in spec_needs:
+            if own:  # an event that no automaton has never happens, whatever conditions say of it
                 self.events.append(
                     self._event(
                         event.name,
@@ -356,28 +249,28 @@ class Encoding:
         What an update reads of a ``moved`` part, an automaton that moves at the same time, cannot be in the relation
         itself, which would say that the automaton stays.
         """
-        reads = {p for x in updates.values() for p in self._support(x)}
-        fixed = self._falling(reads & moved)
+        reads = {p for x in updates.values() for p in self.support(x)}
+        fixed = self.falling(reads & moved)
         result = []
         for values in itertools.product(*(range(self.parts[p].size) for p in fixed)):
             given = dict(zip(fixed, values, strict=True))
             masks = [np.arange(self.parts[p].size) == v for p, v in given.items()]
             where = self.forest.all_of([self.literal(p, m) for p, m in zip(given, masks, strict=True)], self.tick)
             relation = 1
-            for group in _tied({v: (self._support(x) - moved) | {self.number[v]} for v, x in updates.items()}):
+            for group in _tied({v: (self.support(x) - moved) | {self.number[v]} for v, x in updates.items()}):
                 relation = self.forest.join(relation, self._assign({v: updates[v] for v in group}, given))
             result.append((where, relation))
         return result
 
     def _assign(self, updates: Mapping[str, Expression], given: Mapping[int, int]) -> int:
         """Return the relation of simultaneous ``updates`` where the parts in ``given`` have the values there."""
-        free = {p for v, x in updates.items() for p in (*self._support(x), self.number[v])} - set(given)
-        parts = self._falling(free)
+        free = {p for v, x in updates.items() for p in (*self.support(x), self.number[v])} - set(given)
+        parts = self.falling(free)
         sizes = [self.parts[p].size for p in parts]
         axes = [*given, *parts]
         chosen = tuple(given.values())
         new = {
-            self.number[v]: np.broadcast_to(self._table(x, axes), [self.parts[p].size for p in axes])[chosen]
+            self.number[v]: np.broadcast_to(self.table_of(x, axes), [self.parts[p].size for p in axes])[chosen]
             for v, x in updates.items()
         }
         before = np.indices(sizes).reshape(len(parts), -1)
@@ -386,38 +279,12 @@ class Encoding:
         for k, p in enumerate(parts):
             after = before[k]
             if p in new:
-                codes = {_code(v): i for i, v in enumerate(self.parts[p].values)}
+                codes = {code(v): i for i, v in enumerate(self.parts[p].values)}
                 after = np.array([codes.get(v, -1) for v in new[p].ravel().tolist()])
                 possible &= after >= 0
             columns += [before[k], after]
         rows = np.stack(columns, axis=1)[possible]
         return self.forest.rows([int(self.level[p]) for p in parts], rows.astype(np.uint32).ravel())
-
-
-def _automaton_part(automaton: Automaton | ExtendedAutomaton) -> Part:
-    if isinstance(automaton, ExtendedAutomaton):
-        masks = (np.array(mask, np.bool_) for mask in (automaton.initial, automaton.marked))
-        return Part(automaton.name, Listed(automaton.states), (), *masks)
-    initial = np.zeros(automaton.n_states, np.bool_)
-    initial[automaton.initial] = True
-    return Part(automaton.name, automaton.states, (), initial, automaton.marked)
-
-
-def _variable_part(variable: Variable) -> Part:
-    masks = (np.array([v in chosen for v in variable.values]) for chosen in (variable.initial, variable.marked))
-    return Part(variable.name, Listed(tuple(map(_written, variable.values))), variable.values, *masks)
-
-
-def _written(value: Value) -> str:
-    return str(Constant(value))
-
-
-def _code(value: Value) -> int | bool:
-    """Return a number for ``value``; different names get different numbers."""
-    return _CODES.setdefault(value, len(_CODES)) if isinstance(value, str) else value
-
-
-_CODES: dict[str, int] = {}
 
 
 def _chooses(moves: Sequence[_Moves]) -> bool:

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from thenar._native import kernel
 from thenar.model.expressions import FALSE, TRUE, At, Constant, Expression, Name, Operation, conjunction
 from thenar.model.extended import ExtendedProblem, needs
-from thenar.symbolic.encode import Encoding, EventRelation, Part
+from thenar.symbolic.encode import Encoding, EventRelation
+from thenar.symbolic.levels import Part
 from thenar.symbolic.synthesis import SymbolicSupervisor
 
 __all__ = ["Guards", "expanded", "guards", "supervised"]

@@ -10,7 +10,7 @@ from thenar.explicit.rows import row_offsets
 from thenar.model.automaton import Automaton
 from thenar.model.names import Composed, Layout, Numbered, StateNames
 from thenar.model.supervisor import Supervisor
-from thenar.symbolic.encode import Part
+from thenar.symbolic.levels import Part
 from thenar.symbolic.synthesis import SymbolicSupervisor
 
 __all__ = ["unfold"]
