@@ -37,16 +37,6 @@ from thenar.model.problem import Problem
 from thenar.model.supervisor import ControlPattern, Supervisor
 from thenar.model.trace import Check, Trace
 from thenar.synthesis.api import Size, SynthesisResult, synthesize
-from thenar.synthesis.deploy import fit_to_run
-from thenar.synthesis.explain import (
-    Explanation,
-    Violation,
-    explain,
-    explain_disabled,
-    explain_empty,
-    explain_removed,
-)
-from thenar.synthesis.simulate import Status, Step, random_trace, simulate
 
 if TYPE_CHECKING:
     from thenar import library
@@ -72,7 +62,17 @@ if TYPE_CHECKING:
     from thenar.symbolic.guards import Guards, guards, supervised
     from thenar.symbolic.synthesis import SymbolicSupervisor
     from thenar.synthesis.certificate import certificate
+    from thenar.synthesis.deploy import fit_to_run
+    from thenar.synthesis.explain import (
+        Explanation,
+        Violation,
+        explain,
+        explain_disabled,
+        explain_empty,
+        explain_removed,
+    )
     from thenar.synthesis.modular import ModularResult, synthesize_modular
+    from thenar.synthesis.simulate import Status, Step, random_trace, simulate
     from thenar.synthesis.verify import Verdict, verify
 
 # Imported when first used: import thenar pulls NumPy and the kernel only.
@@ -95,6 +95,12 @@ _LATER = {
     **dict.fromkeys(("dumps", "load", "loads", "save"), "thenar.io"),
     **dict.fromkeys(("html", "mermaid", "svg", "table"), "thenar.render"),
     "certificate": "thenar.synthesis.certificate",
+    "fit_to_run": "thenar.synthesis.deploy",
+    **dict.fromkeys(
+        ("Explanation", "Violation", "explain", "explain_disabled", "explain_empty", "explain_removed"),
+        "thenar.synthesis.explain",
+    ),
+    **dict.fromkeys(("Status", "Step", "random_trace", "simulate"), "thenar.synthesis.simulate"),
     **dict.fromkeys(("Verdict", "verify"), "thenar.synthesis.verify"),
     "library": "thenar",
 }
