@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/pip install --quiet --disable-pip-version-check --constraint constraints.txt
 SOURCES := pyproject.toml constraints.txt CMakeLists.txt $(wildcard src/thenar/_native/*.cpp src/thenar/_native/*.hpp)
 
-.PHONY: demo test lint bench docs wheel sanitize clean
+.PHONY: demo test lint bench bench-micro docs wheel sanitize clean
 
 demo: $(VENV)/.package
 	$(BIN)/thenar run glr
@@ -22,6 +22,9 @@ lint: $(VENV)/.dev
 
 bench: $(VENV)/.dev
 	$(BIN)/python -m bench
+
+bench-micro: $(VENV)/.dev
+	$(BIN)/python -m pytest bench/test_micro.py --benchmark-timer=time.process_time
 
 docs: $(VENV)/.dev
 	$(BIN)/python docs/pictures.py

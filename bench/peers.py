@@ -1,16 +1,23 @@
-"""One supcon of each tool, timed as a whole: from the problem in memory to the supervisor in the tool's own form."""
+"""One supcon of each tool, timed as a whole: from the problem in memory to the supervisor in the tool's own form.
+
+``python -m bench.peers TOOL MODEL PATIENCE`` measures in a process of its own, and prints JSON.
+"""
 
 import contextlib
+import json
 import os
+import sys
 import time
 from collections.abc import Callable, Iterator
 
 from tests.oracles import libfaudes, tct
 
 import thenar
+from bench.fresh import peak, rebase
 from thenar.model.problem import Problem
 
 Timed = tuple[float, int]  # CPU seconds, states of the supervisor
+MOST_RUNS = 20
 
 
 @contextlib.contextmanager
@@ -29,8 +36,9 @@ def quiet() -> Iterator[None]:
 
 def time_thenar(problem: Problem) -> Timed:
     start = time.process_time()
-    result = thenar.synthesize(problem)
-    return time.process_time() - start, result.supervisor.n_states
+    result = thenar.synthesize(problem, "explicit")
+    n_states = result.supervisor.n_states
+    return time.process_time() - start, n_states
 
 
 def time_tct(problem: Problem) -> Timed:
@@ -58,10 +66,19 @@ def time_faudes(problem: Problem) -> Timed:
 TOOLS: dict[str, Callable[[Problem], Timed]] = {"thenar": time_thenar, "TCT": time_tct, "libFAUDES": time_faudes}
 
 
-def best(tool: Callable[[Problem], Timed], problem: Problem, patience_s: float = 2.0) -> Timed:
-    """Repeat for a while (at least once, at most 20 times) and return the quickest run."""
-    runs = [tool(problem)]
+def measure(tool: str, model: str, patience_s: float) -> dict[str, float]:
+    """Run once for the memory, then again for up to ``patience_s`` seconds; the CPU seconds are of the quickest."""
+    problem, run = thenar.library.model(model), TOOLS[tool]
+    run(thenar.library.model("small_factory(1)"))  # what is imported and set up once is not the job
+    base = rebase()
     start = time.perf_counter()
-    while len(runs) < 20 and time.perf_counter() - start + runs[0][0] < patience_s:
-        runs.append(tool(problem))
-    return min(runs)
+    seconds, states = run(problem)
+    memory = peak() - base
+    runs = [seconds]
+    while len(runs) < MOST_RUNS and time.perf_counter() - start + seconds < patience_s:
+        runs.append(run(problem)[0])
+    return {"states": states, "cpu_s": min(runs), "runs": len(runs), "peak_bytes": memory}
+
+
+if __name__ == "__main__":
+    print(json.dumps(measure(sys.argv[1], sys.argv[2], float(sys.argv[3]))))

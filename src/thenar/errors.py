@@ -127,23 +127,22 @@ class LimitReached(ThenarError):
     """A computation stopped at one of its limits.
 
     ``limit`` names it (``"states"``, ``"transitions"``, ``"bytes"`` or ``"seconds"``); ``states`` and
-    ``transitions`` are what had been found by then.
+    ``transitions`` are what had been found by then; ``found`` says it in words, for diagrams by their nodes.
 
     >>> raise LimitReached("states", 1000, 1007, 2311)
     Traceback (most recent call last):
     thenar.errors.LimitReached: stopped at the limit of 1,000 states: 1,007 states and 2,311 transitions found ...
     """
 
-    def __init__(self, limit: str, bound: float, states: int, transitions: int) -> None:
+    def __init__(self, limit: str, bound: float, states: int, transitions: int, found: str = "") -> None:
         self.limit, self.bound, self.states, self.transitions = limit, bound, states, transitions
+        self.found = found or f"{states:,} states and {transitions:,} transitions found so far"
         at = f"{bound:,.0f}" if bound == int(bound) else f"{bound:g}"
-        super().__init__(
-            f"stopped at the limit of {at} {limit}: {states:,} states and {transitions:,} transitions "
-            f"found so far; raise the limit or make the model smaller"
-        )
+        way_out = "raise the limit or make the model smaller"
+        super().__init__(f"stopped at the limit of {at} {limit}: {self.found}; {way_out}")
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return LimitReached, (self.limit, self.bound, self.states, self.transitions)
+        return LimitReached, (self.limit, self.bound, self.states, self.transitions, self.found)
 
 
 class Fault(ThenarError):

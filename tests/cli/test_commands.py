@@ -271,8 +271,10 @@ def test_simulate_lets_a_person_step_undo_and_err(run: Run) -> None:
 
 
 def test_show_json_is_a_model_file(run: Run, hand: Path) -> None:
-    assert thenar.is_isomorphic(thenar.loads(run("show", hand, "--json").out).plants[0], first_plant(thenar.load(hand)))
-    supervisor = thenar.loads(run("show", "glr", "--automaton", "supervisor", "--json").out).plants[0]
+    assert thenar.is_isomorphic(
+        first_plant(thenar.loads(run("show", hand, "--json").out)), first_plant(thenar.load(hand))
+    )
+    supervisor = first_plant(thenar.loads(run("show", "glr", "--automaton", "supervisor", "--json").out))
     assert supervisor.n_states == 2809
 
 

@@ -29,6 +29,34 @@ transitions = [
 ]
 """
 
+CUP = """\
+[events]
+fill = {}
+pour = {}
+
+[variables]
+stock = { values = "0..5" }
+lamp = { values = ["red", "green"] }
+
+[automata.CUP]
+kind = "plant"
+initial = "up"
+marked = ["up"]
+transitions = [
+  { arrow = "up -fill-> up", when = "stock < 3", do = { stock = "stock + 1" } },
+  "up -pour-> down",
+]
+
+[[conditions]]
+kind = "spec"
+invariant = "stock < 5"
+
+[[conditions]]
+kind = "spec"
+event = "pour"
+needs = "CUP.up and stock > 0"
+"""
+
 Hand = Callable[[str, str], str]
 Says = Callable[..., None]
 
@@ -40,6 +68,20 @@ def hand() -> Hand:
     def replaced(old: str, new: str) -> str:
         assert old in HAND
         return HAND.replace(old, new)
+
+    return replaced
+
+
+@pytest.fixture
+def cup() -> Callable[..., str]:
+    """A small model with variables and conditions, pieces of its text replaced: old, new, old, new ..."""
+
+    def replaced(*replacements: str) -> str:
+        text = CUP
+        for old, new in zip(replacements[::2], replacements[1::2], strict=True):
+            assert old in text
+            text = text.replace(old, new, 1)
+        return text
 
     return replaced
 
@@ -88,7 +130,10 @@ def _reason(line: str) -> str:
     """Return what a message says apart from the place, the names and the numbers."""
     line = re.sub(r"'[^']*'", "'_'", re.sub(r"\d[\d,]*", "0", line))
     return re.sub(
-        r"^([\w.<>/, -]+(:0)*: )?((event|automaton|computed size|published size) '_'(, [\w ]+)?: |\w+: )?", "", line
+        r"^([\w.<>/, -]+(:0)*: )?((event|automaton|variable|computed size|published size) '_'(, [\w' ]+)*: "
+        r"|condition 0,?( \w+)?: |\w+: )?",
+        "",
+        line,
     )
 
 

@@ -216,7 +216,7 @@ def test_a_key_like_no_other_is_told_the_keys(hand: Hand, says: Says) -> None:
     says(
         hand("initial =", "colour = 'red'\ninitial ="),
         "hand.toml:7: automaton 'FINGER1', colour: unknown key; the keys here are kind, initial, marked, states, "
-        "alphabet, transitions, note, says",
+        "alphabet, transitions, nondeterministic, note, says",
     )
 
 
@@ -362,7 +362,7 @@ def test_all_mistakes_are_reported_at_once_in_the_order_of_the_lines(says: Says)
         "hand.toml:13: automaton 'ARM': no initial state; say which state the automaton starts in",
         "hand.toml:13: automaton 'ARM': no kind; say whether it is a 'plant' or a 'spec'",
         "hand.toml:14: automaton 'ARM', colour: unknown key; the keys here are kind, initial, marked, states, "
-        "alphabet, transitions, note, says",
+        "alphabet, transitions, nondeterministic, note, says",
     )
 
 

@@ -51,6 +51,13 @@ G = [3, 4]
 """
 
 
+def plain(text: str, format: str | None = None) -> Problem:
+    """Load a file without variables, guards and conditions."""
+    problem = loads(text, format)
+    assert isinstance(problem, Problem)
+    return problem
+
+
 def test_events_have_the_properties_written_in_the_file() -> None:
     events = loads(MACHINE).alphabet
     assert events.names == ("start", "finish", "break*", "repair")
@@ -64,7 +71,7 @@ def test_events_have_the_properties_written_in_the_file() -> None:
 
 
 def test_automata_have_the_states_and_transitions_written_in_the_file() -> None:
-    problem = loads(MACHINE)
+    problem = plain(MACHINE)
     machine, once = problem.automaton("MACHINE"), problem.automaton("ONCE")
     assert (problem.name, problem.description) == ("machine", "breaks at times")
     assert (problem.plants, problem.specs) == ((machine,), (once,))
@@ -80,7 +87,7 @@ def test_automata_have_the_states_and_transitions_written_in_the_file() -> None:
 
 
 def test_one_arrow_carries_several_events_and_alphabet_adds_what_is_blocked() -> None:
-    once = loads(MACHINE).automaton("ONCE")
+    once = plain(MACHINE).automaton("ONCE")
     assert list(once.transitions()) == [("fresh", "start", "fresh"), ("fresh", "finish", "fresh")]
     assert once.alphabet.names == ("start", "finish", "repair")
 
@@ -89,7 +96,7 @@ def test_listed_states_number_the_states() -> None:
     text = (
         '[events]\na = {}\n[automata.M]\nkind = "plant"\ninitial = "y"\nstates = ["z", "y"]\ntransitions = ["y -a-> z"]'
     )
-    machine = loads(text).plants[0]
+    machine = plain(text).plants[0]
     assert (list(machine.states), machine.initial) == (["z", "y"], 1)  # type: ignore[call-overload]
 
 
@@ -100,7 +107,7 @@ def test_json_says_the_same_as_toml() -> None:
 
 
 def test_an_automaton_needs_no_events() -> None:
-    assert loads('[automata.M]\nkind = "plant"\ninitial = "x"').plants[0].n_states == 1
+    assert plain('[automata.M]\nkind = "plant"\ninitial = "x"').plants[0].n_states == 1
 
 
 def test_the_grasp_lift_replace_model_loads(glr: Path) -> None:

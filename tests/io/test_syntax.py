@@ -142,7 +142,7 @@ def test_an_empty_file_says_so(text: str, format: str, says: Says) -> None:
 def test_deep_nesting_is_refused(opening: str) -> None:
     with pytest.raises(InputError) as caught:
         loads(opening, source="hand.toml")
-    assert str(caught.value) == "hand.toml: nested too deeply; a model file has 5 levels at most"
+    assert str(caught.value) == "hand.toml: nested too deeply; a model file has 6 levels at most"
 
 
 def test_nesting_that_a_parser_survives_is_an_unknown_key() -> None:

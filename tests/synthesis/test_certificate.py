@@ -13,7 +13,8 @@ import thenar
 from thenar.library import glr
 from thenar.model.problem import Problem
 from thenar.synthesis.certificate import pack, statement
-from thenar.synthesis.verify import Verdict, read
+from thenar.synthesis.proof.container import read
+from thenar.synthesis.verify import Verdict
 from thenar.testing.strategies import problems
 
 Arrays = dict[str, np.ndarray[Any, Any]]

@@ -254,6 +254,11 @@ void bind_symbolic(nb::module_& m) {
       .def("domain", [](const Shared& f, Relation r) { tidy(*f); return Set(f, f->domain(r)); }, "relation"_a)
       .def("image", [](const Shared& f, const Set& set, Relation r) { tidy(*f); return Set(f, f->image(set.node, r)); },
            "set"_a, "relation"_a)
+      .def("count_steps", [](const Shared& f, const Set& set, const std::vector<Relation>& relations, Ticker& ticker) {
+        std::vector<u64> words;
+        on_deep_stack(*f, ticker, [&] { words = f->count_steps(set.node, relations); });
+        return whole_number(words);
+      }, "set"_a, "relations"_a, "ticker"_a)
       .def("steps", [](const Shared& f, const Set& set, const Set& from, Relation r) {
         std::vector<u32> sources, targets;
         f->steps(set.node, same(set, from), r, sources, targets);

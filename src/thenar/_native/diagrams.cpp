@@ -360,51 +360,6 @@ std::vector<u32> Forest::support(Node set) const {
   return levels;
 }
 
-namespace {
-
-using Big = std::vector<u64>;  // little-endian
-
-void times(Big& x, u32 factor) {
-  u64 carry = 0;
-  for (u64& word : x) {
-    const unsigned __int128 product = static_cast<unsigned __int128>(word) * factor + carry;
-    word = static_cast<u64>(product);
-    carry = static_cast<u64>(product >> 64);
-  }
-  if (carry) x.push_back(carry);
-}
-
-void add(Big& x, const Big& y) {
-  if (x.size() < y.size()) x.resize(y.size(), 0);
-  u64 carry = 0;
-  for (u64 k = 0; k < x.size() && (carry || k < y.size()); ++k) {
-    const unsigned __int128 sum = static_cast<unsigned __int128>(x[k]) + (k < y.size() ? y[k] : 0) + carry;
-    x[k] = static_cast<u64>(sum);
-    carry = static_cast<u64>(sum >> 64);
-  }
-  if (carry) x.push_back(carry);
-}
-
-}  // namespace
-
-std::vector<u64> Forest::count(Node set) const {
-  std::unordered_map<Node, Big> counts;
-  counts[kNothing] = {};
-  counts[kEverything] = {1};
-  // The count of a node at the given level: levels in between may take any value.
-  auto lifted = [&](Node n, u32 level) {
-    Big x = counts[n];
-    for (u32 k = level_[n] + 1; k <= level && !x.empty(); ++k) times(x, sizes_[k]);
-    return x;
-  };
-  for (Node n : bottom_up(set)) {
-    Big sum;
-    for (u32 i = 0; i < sizes_[level_[n]]; ++i) add(sum, lifted(child(n, level_[n], i), level_[n] - 1));
-    counts[n] = std::move(sum);
-  }
-  return lifted(set, n_levels());
-}
-
 std::vector<u32> Forest::vectors(Node set, u64 limit) const {
   std::vector<u32> out, now(n_levels(), 0);
   if (set == kNothing || limit == 0) return out;

@@ -116,6 +116,8 @@ class Forest {
 
   // |set| over levels 1 .. n, as little-endian words.
   std::vector<u64> count(Node set) const;
+  // How many steps each of `relations` has from `set` to `set`, all together.
+  std::vector<u64> count_steps(Node set, const std::vector<Relation>& relations);
   std::vector<u32> support(Node set) const;
   u64 n_nodes(Node set) const;
   // The vectors of `set` in lexicographic order from the top level, at most `limit` of them: row by row, top first.
@@ -162,6 +164,7 @@ class Forest {
   Relation rows(const std::vector<u32>& levels, u32 depth, std::vector<const u32*>& pointers, u64 lo, u64 hi);
   std::vector<Node> bottom_up(Node set) const;
   struct Walk;
+  class StepCounter;
   Node replace(Node n, Node old, std::unordered_map<Node, Node>& memo);
   Node cover(Node low, Node high, u64 limit, Product& prefix, std::vector<Product>& out);
 

@@ -218,6 +218,9 @@ class Forest:
 
     def domain(self, relation: int) -> Set: ...
     def image(self, set: Set, relation: int) -> Set: ...
+    def count_steps(self, set: Set, relations: Sequence[int], ticker: Ticker) -> int:
+        """How many steps the relations have within ``set``, all together and exactly."""
+
     def steps(self, set: Set, part: Set, relation: int) -> tuple[NDArray[np.uint32], NDArray[np.uint32]]:
         """Sources and targets of the steps from ``part`` (of ``set``) to ``set``, numbered as ``set.vectors`` are."""
 

@@ -70,7 +70,7 @@ def load_problem(names: tuple[str, ...]) -> Problem:
     if not isinstance(loaded, Problem):
         raise InputError(
             f"{names[0]}: has variables or conditions, which this command does not take; "
-            "thenar synth, explain and simulate do"
+            "thenar synth, explain, simulate and show do"
         )
     return loaded
 
@@ -96,7 +96,7 @@ def load_any(names: tuple[str, ...]) -> Problem | ExtendedProblem:
             loaded = io.load(*files)
             if isinstance(loaded, Problem):
                 problems.append(loaded)
-            elif len(names) > 1:
+            elif len(names) > len(files):
                 raise InputError(f"{name}: a model with variables or conditions stands alone; leave out the others")
             else:
                 return loaded
@@ -137,7 +137,7 @@ def progress() -> Iterator[Progress | None]:
         elapsed = time.monotonic() - start
         if elapsed < 0.5:
             return
-        status.update(f"{states:,} states, {transitions:,} transitions, {elapsed:.0f} s   (Ctrl-C stops)")
+        status.update(f"{states:,} states or nodes, {transitions:,} steps, {elapsed:.0f} s   (Ctrl-C stops)")
         if not shown:
             status.start()
             shown = True
@@ -158,6 +158,7 @@ def run_synthesis(problem: Problem | ExtendedProblem, bounds: dict[str, Any]) ->
 
 def print_json(value: object) -> None:
     """Print as JSON."""
+    sys.set_int_max_str_digits(0)  # counts of states may have thousands of digits; they are ours, not a stranger's
     click.echo(json.dumps(value, ensure_ascii=False, indent=2))
 
 

@@ -10,7 +10,7 @@ from thenar.cli.common import (
     as_json,
     find_trace,
     limits,
-    load_problem,
+    load_any,
     make_limits,
     models,
     print_json,
@@ -50,15 +50,23 @@ def show(
 ) -> None:
     """Show a model: its automata as a table, as Mermaid text or as a drawing; with --json, as a model file.
 
-    Without --automaton the whole problem is shown; a drawing needs one automaton.
+    Without --automaton the whole problem is shown; a drawing needs one automaton.  One with variables or conditions is
+    shown as a model file.
     """
     from thenar import io, render
+    from thenar.model.problem import Problem
     from thenar.model.supervisor import Supervisor
 
-    problem = load_problem(model)
+    problem = load_any(model)
     if output is not None:
         io.check_writable(output)
-    if json_:
+    if not isinstance(problem, Problem):
+        if format_ != "text" or automaton is not None or after is not None:
+            raise InputError(
+                f"{model[0]}: has variables or conditions, and is shown as a whole: as text, or with --json as JSON"
+            )
+        text = io.dumps(problem, "json" if json_ else "toml").rstrip("\n")
+    elif json_:
         whole = problem if automaton is None else _choose(problem, automaton, bounds)
         text = io.dumps(whole.automaton if isinstance(whole, Supervisor) else whole, "json").rstrip("\n")
     elif format_ == "text" and automaton is None:

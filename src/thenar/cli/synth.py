@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from thenar.cli.common import as_json, limits, load_any, load_problem, make_limits, models, print_json, progress, say
-from thenar.cli.large import report_symbolic
-from thenar.errors import InputError
+from thenar.cli.large import listed_supervisor, report_symbolic, supervised_system
+from thenar.errors import InputError, about
 
 if TYPE_CHECKING:
     from thenar.model.limits import Limits, Progress
@@ -23,12 +23,19 @@ PROPERTIES = ("controllable", "nonblocking", "nonconflicting", "solvable")
 
 @click.command()
 @models
-@click.option("-o", "--output", metavar="OUT", help="Write the supervisor to OUT (.toml or .json).")
+@click.option(
+    "-o", "--output", metavar="OUT", help="Write the supervisor to OUT (.toml or .json), state by state; see --guards."
+)
 @click.option(
     "--engine", default="auto", show_default=True, metavar="E", help="Engine to use: auto, explicit or symbolic."
 )
 @click.option("--order", default="auto", show_default=True, metavar="O", help="Order of the symbolic engine's levels.")
-@click.option("--guards", "guards_", is_flag=True, help="Print a guard for each controllable event.")
+@click.option(
+    "--guards",
+    "guards_",
+    is_flag=True,
+    help="Print a guard for each controllable event; with -o, write the supervised system as automata and guards.",
+)
 @click.option("--certificate", "certificate_", metavar="FILE", help="Write the evidence, for 'thenar verify FILE'.")
 @limits
 @as_json
@@ -61,12 +68,16 @@ def synth(
         if certificate_ is not None:
             files[certificate_] = certificate(result)
         if output is not None and result:
-            files[output] = io.dumps(result.supervisor.automaton, io.format_by_ending(output))
+            found = supervised_system(result) if guards_ else listed_supervisor(result, output)
+            files[output] = io.dumps(found, io.format_by_ending(output))
     for path, content in files.items():
         io.atomic_write(path, content)
     written = [
         (what, path)
-        for what, path in (("supervisor", output if result else None), ("certificate", certificate_))
+        for what, path in (
+            ("supervised system" if guards_ else "supervisor", output if result else None),
+            ("certificate", certificate_),
+        )
         if path
     ]
     report = report_symbolic if result.symbolic is not None else _report
@@ -225,15 +236,17 @@ def verify(file: str, model: tuple[str, ...], json_: bool) -> None:
     from thenar.synthesis.certificate import statement
     from thenar.synthesis.verify import verify as verify_file
 
-    verdict = verify_file(file, statement(load_problem(model)) if model else None)
+    verdict = verify_file(file, statement(load_any(model)) if model else None)
     holds, reason = bool(verdict), verdict.reason
     if json_:
         supervisor = {"states": verdict.states, "transitions": verdict.transitions}
-        print_json({"holds": holds, "reason": reason, "problem": verdict.problem, "supervisor": supervisor})
+        about_it = {"problem": verdict.problem, "supervisor": supervisor, "nodes": verdict.nodes}
+        print_json({"holds": holds, "reason": reason, **about_it})
     elif holds:
         say(f"{file}: proved: {reason}")
-        sizes = f"{verdict.states:,} states, {verdict.transitions:,} transitions"
-        say(f"  {verdict.problem}: {sizes}; {verdict.checked:,} states of the product checked")
+        sizes = f"{about(verdict.states)} states, {about(verdict.transitions)} transitions"
+        how = f", on diagrams of {verdict.nodes:,} nodes" if verdict.nodes else ""
+        say(f"  {verdict.problem}: {sizes}; {about(verdict.checked)} states of the product checked{how}")
     else:
         say(f"{file}: not proved: {reason}")
     if not holds:

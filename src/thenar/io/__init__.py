@@ -15,8 +15,8 @@ __all__ = ["atomic_write", "check_writable", "dumps", "format_by_ending", "json_
 def json_schema() -> dict[str, Any]:
     """Return the JSON Schema of the model file; ``docs/schema/thenar-model.schema.json`` is its copy for editors.
 
-    >>> sorted(json_schema()["properties"])
-    ['$schema', 'automata', 'computed', 'description', 'events', 'name', 'published']
+    >>> sorted(json_schema()["properties"])  # doctest: +ELLIPSIS
+    ['$schema', 'automata', 'computed', 'conditions', 'description', 'events', ..., 'variables']
     """
     from thenar.io.schema import ModelFile, PlainSchema
 

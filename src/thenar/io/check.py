@@ -12,7 +12,14 @@ from pydantic_core import ErrorDetails
 
 from thenar.errors import Mistake
 from thenar.io.parse import Document, Format
-from thenar.io.schema import AutomatonTable, EventTable, ModelFile
+from thenar.io.schema import (
+    AutomatonTable,
+    ConditionTable,
+    EventTable,
+    ModelFile,
+    TransitionTable,
+    VariableTable,
+)
 from thenar.model.build import Complaint, KeyPath
 
 __all__ = ["Checked", "check"]
@@ -20,13 +27,24 @@ __all__ = ["Checked", "check"]
 _MISSING: dict[str | int, str] = {
     "kind": "no kind; say whether it is a 'plant' or a 'spec'",
     "initial": "no initial state; say which state the automaton starts in",
+    "values": 'no values; write values = "0..5", "bool" or a list of names',
+    "arrow": "no arrow; write arrow = 'state -event-> state'",
 }
+_TRANSITION = "'state -event-> state' or ['state', 'event', 'state']"
+_VALUES = "'lowest..highest', 'bool' or a list of values"
 _EXPECTED = {
     "string_type": "text",
     "string_too_short": "a name",
     "bool_type": "true or false",
     "list_type": "a list",
     "literal_error": "'plant' or 'spec'",
+    "too_short": "at least one state",
+}
+_TABLES: dict[str, type[BaseModel]] = {
+    "events": EventTable,
+    "variables": VariableTable,
+    "automata": AutomatonTable,
+    "conditions": ConditionTable,
 }
 _TABLE = {"toml": "a table", "json": "an object in braces"}
 _LONGEST_SHOWN = 40  # characters of a value that a message repeats
@@ -84,23 +102,32 @@ def check(document: Document, data: Any) -> Checked:
             _rename(path, data, checked.written)
         missing = [path for path, kind in details.items() if kind == "missing" and path not in checked.written]
         for path in missing:
-            checked.complain(path[:-1], _MISSING[path[-1]])
+            if path[-1] != "values" or not any(other[:-1] == path[:-1] for other in unknown):  # a.b = { values ...
+                checked.complain(path[:-1], _MISSING[path[-1]])
         wrong = [path for path, kind in details.items() if kind not in ("extra_forbidden", "missing")]
         for path in wrong:
             checked.complain(path, _sentence(path, details[path], data, document.format))
         for path in missing + wrong:
             _mend(path, data)
         checked.broken.update(unknown, missing, wrong)
+        checked.broken.update(path[:-1] for path in missing + wrong if path[-1] == "arrow")
 
 
 def _culprit(detail: ErrorDetails) -> KeyPath:
     """Return the path of the smallest thing that makes sense as a whole: a transition, a size, a key."""
-    path = detail["loc"]
-    if path[:1] in (("computed",), ("published",)):
-        return path[:2]
-    if path[0] == "automata" and path[2:3] == ("transitions",):
-        return path[:4]
-    return path
+    match detail["loc"]:
+        case ["computed" | "published", _, *_] as path:
+            return path[:2]
+        case ["automata", _, "transitions", int(), "table", "do", str(), *_] as path:
+            return path[:4] + path[5:7]
+        case ["automata", _, "transitions", int(), "table", _, *_] as path:
+            return path[:4] + path[5:6]
+        case ["automata", _, "transitions", int(), *_] as path:
+            return path[:4]
+        case ["automata" | "variables", _, "initial" | "values" | "marked", *inner] as path:  # one of several shapes
+            return path[:3] + tuple(step for step in inner if isinstance(step, int))[:1]
+        case path:
+            return path
 
 
 def _at(path: KeyPath, data: Any) -> Any:
@@ -121,9 +148,21 @@ def _sentence(path: KeyPath, kind: str, data: Any, format: Format) -> str:
     found = _in_words(value, format)
     if path[0] in ("computed", "published") and len(path) == 2:
         return f"expected [states, transitions], two whole numbers, found {found}"
-    if path[0] == "automata" and path[2:3] == ("transitions",) and len(path) == 4:
-        return f"expected 'state -event-> state' or ['state', 'event', 'state'], found {found}"
-    expected = _EXPECTED.get(kind, _TABLE[format])
+    match path:
+        case ["automata", _, "transitions", int()] | ["automata", _, "transitions", int(), "arrow"]:
+            expected = _TRANSITION
+        case ["automata", _, "transitions", int(), "do", _]:
+            expected = "a value or an expression"
+            if isinstance(value, dict):
+                found += "; a name with a dot stands in double quotes"
+        case ["variables", _, "values"]:
+            expected = _VALUES
+        case ["variables", _, "initial" | "marked"]:
+            expected = "a value or a list of values"
+        case ["variables", _, "values" | "initial" | "marked", int()]:
+            expected = "a whole number, true, false or a name"
+        case _:
+            expected = _EXPECTED.get(kind, _TABLE[format])
     if expected == "a list" and isinstance(value, str):
         found += f"; write [{json.dumps(value, ensure_ascii=False)}]"
     return f"expected {expected}, found {found}"
@@ -135,7 +174,7 @@ def _unknown_key(path: KeyPath, data: Any, format: Format) -> str:
         return f"unknown key; did you mean {near[0]!r}?"
     if format == "toml" and owner and path[-1] in _keys(()):
         return f"unknown key; {path[-1]!r} is said of the whole file, above the first [table]"
-    if format == "toml" and owner and isinstance(_at(path, data), dict):
+    if format == "toml" and len(owner) == 2 and owner[0] != "conditions" and isinstance(_at(path, data), dict):
         # [automata.SPEC.1] and re.align = {} are tables in tables, which is rarely what was meant
         return f'unknown key; a name with a dot stands in double quotes: "{owner[-1]}.{path[-1]}"'
     return f"unknown key; the keys here are {', '.join(keys)}"
@@ -143,8 +182,14 @@ def _unknown_key(path: KeyPath, data: Any, format: Format) -> str:
 
 def _keys(path: KeyPath) -> list[str]:
     """Return the keys that the schema has beside ``path``."""
-    tables: dict[Any, type[BaseModel]] = {"events": EventTable, "automata": AutomatonTable}
-    table = tables[path[0]] if len(path) > 1 else ModelFile
+    table: type[BaseModel]
+    match path:
+        case ["automata", _, "transitions", _, _]:
+            table = TransitionTable
+        case [str(section), _, _]:
+            table = _TABLES[section]
+        case _:
+            table = ModelFile
     return [field.alias or key for key, field in table.model_fields.items()]
 
 
@@ -185,6 +230,10 @@ def _mend(path: KeyPath, data: Any) -> None:
     match path:
         case ["events", name, *_]:
             data["events"][name] = {}
+        case ["variables", name, *_]:
+            data["variables"].pop(name, None)
+        case ["conditions", int(k), *_]:
+            data["conditions"][k] = {"kind": "spec", "invariant": "true"}
         case ["automata", name, *_] if name not in automata:
             pass
         case ["automata", name] | ["automata", name, "states" | "transitions"]:
@@ -193,10 +242,17 @@ def _mend(path: KeyPath, data: Any) -> None:
             automata[name]["kind"] = "plant"
         case ["automata", name, "initial"]:
             automata[name]["initial"] = "\0"
-        case ["automata", name, "transitions", int(k)]:
+        case ["automata", name, "transitions", int(k)] | ["automata", name, "transitions", int(k), "arrow"]:
             wrong = automata[name]["transitions"][k]
+            wrong = wrong.get("arrow") if isinstance(wrong, dict) else wrong
             words = [word for word in wrong if isinstance(word, str)] if isinstance(wrong, list) else []
             automata[name]["transitions"][k] = " ".join(words)  # the states in it are no others' mistakes
+        case ["automata", name, "transitions", int(k), "when"]:
+            if isinstance(automata[name]["transitions"][k], dict):
+                automata[name]["transitions"][k]["when"] = "\0"  # it has a guard all the same
+        case ["automata", name, "transitions", int(k), "do", *inner]:
+            if isinstance(transition := automata[name]["transitions"][k], dict):
+                transition["do"] = {v: x for v, x in transition["do"].items() if v not in inner} if inner else {}
         case ["automata", name, str(key), int(k)]:
             automata[name][key][k] = f"\0{k}"
         case [*_, key]:

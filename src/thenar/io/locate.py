@@ -25,6 +25,7 @@ class _Place:
     given: list[int] = field(default_factory=list)
     inside: dict[Step, _Place] = field(default_factory=dict)
     unread: Node | None = None  # the value, until someone asks what is inside: most lists are never asked
+    tables: int = 0  # of a list that is written as [[tables]]: how many so far
 
 
 class Places:
@@ -35,6 +36,8 @@ class Places:
     5
     >>> places.line(("automata", "LAMP", "initial"))  # not there: its table is
     2
+    >>> Places("[[conditions]]\\n[[conditions]]\\nneeds = 'x'", "toml").line(("conditions", 1, "needs"))
+    3
     """
 
     def __init__(self, text: str, format: str) -> None:
@@ -51,6 +54,10 @@ class Places:
                 table = self._descend(self._root, key, _line(node))
                 if node.type == "table":
                     table.given.append(_line(node))
+                else:
+                    place = table.inside[table.tables] = _Place(_line(node))
+                    table.tables += 1
+                    table = place
                 for pair in pairs:
                     if pair.type == "pair":
                         self._put(table, pair)
@@ -98,6 +105,8 @@ class Places:
 
     def _descend(self, owner: _Place, key: Node, line: int) -> _Place:
         for step in self._steps(key):
+            if owner.tables:  # what follows [[tables]] is inside the last one
+                owner = owner.inside[owner.tables - 1]
             self._read(owner)
             owner = owner.inside.setdefault(step, _Place(line))
         return owner

@@ -20,7 +20,7 @@ __all__ = ["Document", "Format", "decode", "format_by_ending", "format_by_name",
 Format = Literal["toml", "json"]
 
 _ENDINGS: dict[str, Format] = {".toml": "toml", ".json": "json"}
-_LEVELS = 5  # file, automata, one automaton, its transitions, one triple
+_LEVELS = 6  # file, automata, one automaton, its transitions, one of them, its triple or updates
 
 # The beginning of a parser's message, and what to do about it.
 _TOML_ADVICE = (
@@ -204,8 +204,27 @@ def _words(path: Sequence[str | int]) -> str:
             words = f"event {name!r}"
         case ["automata", name, *inner]:
             words = f"automaton {name!r}"
+        case ["variables", name, *inner]:
+            words = f"variable {name!r}"
+        case ["conditions", int(k), *inner]:
+            words = f"condition {k + 1}"
         case ["computed" | "published" as key, name, *inner]:
             words = f"{key} size {name!r}"
         case [name, *inner]:
             words = str(name)
-    return ", ".join([words, *([place_in_words(inner)] if inner else [])]) + ": "
+    return ", ".join([words, *_inside(inner, path[0] == "variables")]) + ": "
+
+
+def _inside(path: Sequence[str | int], of_variable: bool) -> list[str]:
+    match path:
+        case []:
+            return []
+        case ["transitions", int(k), "do", variable]:
+            return [f"transition {k + 1}", f"do {variable!r}"]
+        case ["transitions", int(k), key]:
+            return [f"transition {k + 1}", str(key)]
+        case ["initial", int(k)]:
+            return [f"initial {'value' if of_variable else 'state'} {k + 1}"]
+        case ["values" | "marked" as key, int(k)] if of_variable:
+            return [f"{'marked ' * (key == 'marked')}value {k + 1}"]
+    return [place_in_words(path)]

@@ -11,29 +11,27 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 from thenar.errors import InputError, Mistake, ModelError
 from thenar.io.parse import Document, format_by_name, open_document, sniff
 from thenar.model.automaton import Automaton
-from thenar.model.build import Complaint, Parts, Unknown, assemble, check_parts
+from thenar.model.build import Unknown, assemble
 from thenar.model.events import Alphabet, Event, merge
 from thenar.model.problem import Problem
 
 if TYPE_CHECKING:
+    from thenar.io.automata import Written
+    from thenar.io.check import Checked
     from thenar.model.extended import ExtendedProblem
 
 __all__ = ["load", "loads"]
-
-_UNREAD = 100  # unreadable transitions searched for state names; a file with more has other troubles
-
-if TYPE_CHECKING:
-    from thenar.io.check import Checked
 
 
 def load(*paths: str | os.PathLike[str]) -> Problem | ExtendedProblem:
     """Read model files, by their endings TOML, JSON or CIF; ``-`` is standard input.
 
-    A CIF model (Eclipse ESCET), one file with those that it imports, is an ExtendedProblem: see docs/cif.md.
+    A file with variables, guards or conditions is an ExtendedProblem; so is a CIF model (Eclipse ESCET), one file
+    with those that it imports: see docs/model-file.md and docs/cif.md.
 
-    Several files make one problem: the events of all of them, in order of first mention, and the automata of
-    all of them.  An event declared in one file may be used in each.  The name and the description are the
-    first that a file gives; without a name the problem is called after the first file.
+    Several files make one problem: the events of all of them, in order of first mention, and the automata,
+    variables and conditions of all of them.  An event declared in one file may be used in each.  The name and the
+    description are the first that a file gives; without a name the problem is called after the first file.
 
     Raises ModelError with every mistake in the files, each with its file and line; AlphabetClash for an event
     that is, say, controllable in one file and uncontrollable in another; InputError for a file that cannot
@@ -68,9 +66,9 @@ def load(*paths: str | os.PathLike[str]) -> Problem | ExtendedProblem:
 
 
 @overload
-def loads(text: str, format: Literal["cif"], source: str = "<string>") -> ExtendedProblem: ...  # type: ignore[overload-overlap]
+def loads(text: str, format: Literal["cif"], source: str = "<string>") -> ExtendedProblem: ...
 @overload
-def loads(text: str, format: str | None = None, source: str = "<string>") -> Problem: ...
+def loads(text: str, format: str | None = None, source: str = "<string>") -> Problem | ExtendedProblem: ...
 def loads(text: str, format: str | None = None, source: str = "<string>") -> Problem | ExtendedProblem:
     """Read the text of one model file; ``source`` is what messages call it.
 
@@ -88,28 +86,28 @@ def loads(text: str, format: str | None = None, source: str = "<string>") -> Pro
     return _problem([Document(source, sniff(text) if format is None else format_by_name(format), text)])
 
 
-def _problem(documents: Sequence[Document], otherwise: str = "") -> Problem:
+def _problem(documents: Sequence[Document], otherwise: str = "") -> Problem | ExtendedProblem:
     from thenar.io.check import check  # brings pydantic: needed to read a file, not to import thenar
+    from thenar.io.meaning import Meaning, is_extended
 
     sources = [check(document, data) for document, data in zip(documents, _data(documents), strict=True)]
     known = _known_events(sources)
-    parts = _parts(sources, known)
+    events = _Events(sources, known)
+    parts, faulty = _parts(sources, events)
+    meaning = Meaning(sources, parts, faulty, known, events.unknown) if is_extended(sources, parts.values()) else None
     mistakes = [mistake for source in sources for mistake in source.mistakes()]
     mistakes += _missing(sources, parts)
     if mistakes:
         raise ModelError(mistakes)
-    tables = {name: table for source in sources for name, table in source.file.automata.items()}
+    name = _first(source.file.name for source in sources) or otherwise
+    description = _first(source.file.description for source in sources)
+    if meaning is not None:
+        return meaning.problem(name, description)
 
     def built(kind: str) -> list[Automaton]:
-        return [assemble(Automaton, parts[n], known, n, t.says) for n, t in tables.items() if t.kind == kind]
+        return [assemble(Automaton, p, known, n, p.table.says) for n, p in parts.items() if p.table.kind == kind]
 
-    return Problem(
-        built("plant"),
-        built("spec"),
-        name=_first(source.file.name for source in sources) or otherwise,
-        alphabet=known,
-        description=_first(source.file.description for source in sources),
-    )
+    return Problem(built("plant"), built("spec"), name=name, alphabet=known, description=description)
 
 
 def _data(documents: Sequence[Document]) -> list[Any]:
@@ -145,36 +143,41 @@ def _known_events(sources: Sequence[Checked]) -> Alphabet:
     return Alphabet(first.values())
 
 
-def _parts(sources: Sequence[Checked], known: Alphabet) -> dict[str, Parts]:
-    """Read the transitions of every automaton, and complain of what cannot be meant."""
-    parts: dict[str, Parts] = {}
+class _Events:
+    """Says what is wrong with the name of an event, unless that is said already where the events are listed."""
+
+    def __init__(self, sources: Sequence[Checked], known: Alphabet) -> None:
+        self.known = known
+        self.say = Unknown("event", known.names, "; list it in events")
+        unusable = [name for source in sources for name in source.file.events if name not in known]
+        self.said = tuple(f"unknown event {name!r}" for name in unusable) if len(known) else ("unknown event",)
+
+    def unknown(self, name: str) -> str | None:
+        what = None if name in self.known else self.say(name)
+        return None if what is None or what.startswith(self.said) else what
+
+
+def _parts(sources: Sequence[Checked], events: _Events) -> tuple[dict[str, Written], set[str]]:
+    """Read the transitions of every automaton, and complain of what cannot be meant; say which automata have that."""
+    from thenar.io.automata import Written, complaints_of
+
+    parts: dict[str, Written] = {}
+    faulty: set[str] = set()
     home: dict[str, str] = {}
-    unknown_event = Unknown("event", known.names, "; list it in events")
-    unusable = [name for source in sources for name in source.file.events if name not in known]
-    said_already = tuple(f"unknown event {name!r}" for name in unusable) if len(known) else ("unknown event",)
     for source in sources:
         for name, table in source.file.automata.items():
             if name in home:
                 source.complain(("automata", name), f"already given in {home[name]}; rename one of the two")
             home[name] = source.document.source
-            parts[name] = Parts(table.transitions, table.initial, table.marked, table.alphabet, table.states or None)
-            for path, what in _complaints(parts[name], table.transitions, known, unknown_event):
-                if not what.startswith(said_already):
+            parts[name] = Written(table)
+            for path, what in complaints_of(parts[name], events.known, events.say):
+                faulty.add(name)
+                if not what.startswith(events.said):
                     source.complain(("automata", name, *path), what)
-    return parts
+    return parts, faulty
 
 
-def _complaints(
-    parts: Parts, transitions: Sequence[object], known: Alphabet, unknown_event: Unknown
-) -> list[Complaint]:
-    wrong = check_parts(parts, known, unknown_event)
-    # a marked state may be mentioned only in a transition that could not be read; then it is not unknown
-    unread = "\n".join(str(transitions[k]) for (_, k), _ in parts.complaints[:_UNREAD] if isinstance(k, int))
-    known_later = {("marked", k) for k, state in enumerate(parts.marked) if unread and state in unread}
-    return parts.complaints + [(path, what) for path, what in wrong if path not in known_later]
-
-
-def _missing(sources: Sequence[Checked], parts: Mapping[str, Parts]) -> list[Mistake]:
+def _missing(sources: Sequence[Checked], parts: Mapping[str, Written]) -> list[Mistake]:
     """Say what no file gives."""
     if any(source.broken for source in sources):  # it may be there, and broken
         return []
@@ -184,7 +187,9 @@ def _missing(sources: Sequence[Checked], parts: Mapping[str, Parts]) -> list[Mis
         missing.append("no automata; say in automata.NAME what the plant can do, and what a specification allows")
     elif "plant" not in kinds:
         missing.append("no plant; at least one automaton of kind 'plant' says what can happen")
-    uses_events = any(True for part in parts.values() for _ in part.event_names())
+    uses_events = any(True for part in parts.values() for _ in part.event_names()) or any(
+        condition.event for source in sources for condition in source.file.conditions
+    )
     if uses_events and not any(source.file.events for source in sources):
         missing.append("no events; list in events each event that the automata use")
     return [Mistake(", ".join(source.document.source for source in sources), what) for what in missing]

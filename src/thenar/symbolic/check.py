@@ -8,23 +8,21 @@ __all__ = ["is_controllable", "is_nonblocking"]
 
 
 def is_controllable(supervisor: SymbolicSupervisor) -> bool:
-    """Return whether every uncontrollable event that the plants can do is allowed and stays within the supervisor.
-
-    One image for each event: nothing of the synthesis is taken on trust but what events do.
+    """Return whether uncontrollable events are all allowed and lead nowhere but to states of the supervisor.
 
     >>> from thenar.library.classics import agv
     >>> from thenar.synthesis.api import synthesize
     >>> is_controllable(synthesize(agv(), "symbolic").symbolic)
     True
     """
-    forest, states = supervisor.encoding.forest, supervisor.controlled
-    for event in supervisor.encoding.events:
-        if event.controllable:
-            continue
-        inside = states & event.possible
-        if inside - event.allowed or (forest.image(inside, event.relation) & supervisor.reachable) - states:
-            return False
-    return not any(states - required for required in supervisor.encoding.requirements)
+    encoding, states = supervisor.encoding, supervisor.controlled
+    free = [e for e in encoding.events if not e.controllable]
+    if states & encoding.forest.any_of([e.possible - e.allowed for e in free], encoding.tick):
+        return False
+    if any(states - required for required in encoding.requirements):
+        return False
+    forward = encoding.forest.saturation([e.relation for e in free])
+    return forward(states, supervisor.reachable, encoding.tick) == states
 
 
 def is_nonblocking(supervisor: SymbolicSupervisor) -> bool:

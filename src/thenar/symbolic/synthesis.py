@@ -72,8 +72,11 @@ class SymbolicSupervisor:
 
     @cached_property
     def n_transitions(self) -> int:
-        """Pairs of a state of the supervised plant and an event that may happen there, exactly; a count per event."""
-        return sum((self.controlled & self.enabled(e)).count() for e in self.encoding.events)
+        """Pairs of a state of the supervised plant and an event that may happen there, exactly."""
+        events = self.encoding.events
+        single = [e.relation for e in events if not e.choice]
+        several = sum((self.controlled & self.enabled(e)).count() for e in events if e.choice)
+        return self.encoding.forest.count_steps(self.controlled, single, self.encoding.tick) + several
 
     def enabled(self, event: EventRelation) -> kernel.Set:
         """Return states in which ``event`` can happen and leads to safe ones only."""

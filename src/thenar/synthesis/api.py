@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
@@ -173,7 +174,7 @@ def synthesize(
     reached.  It exists exactly if the initial state survives.   [Ramadge and Wonham 1987]
 
     * ``"explicit"`` lists the states: time as for :func:`supcon`; memory some 40 bytes a state and 4 a transition
-      of the product; explanations and certificates come from its evidence
+      of the product
     * ``"symbolic"`` works on sets of states: time and memory depend on how well the parts can be told apart, not
       on the number of states; ``order`` lists the parts from the top level of the diagrams, or says how to order them
     * ``"auto"`` takes the first for up to four million states, else the second, and says why
@@ -231,9 +232,10 @@ def _counted(
     tried = replace(bounds, bytes=TRIED_BYTES if bounds.bytes is None else min(bounds.bytes, TRIED_BYTES))
     start = time.perf_counter()
     try:
-        encoding = Encoding(problem, ticker(tried, progress), order=order, limits=tried)
-        encoded = time.perf_counter()
-        reachable = reach(encoding)
+        with _of_diagrams():
+            encoding = Encoding(problem, ticker(tried, progress), order=order, limits=tried)
+            encoded = time.perf_counter()
+            reachable = reach(encoding)
     except LimitReached as reached:
         if reached.limit != "bytes":
             raise
@@ -242,7 +244,8 @@ def _counted(
     why = f"the product has {about(n)} reachable states"
     if n <= LISTED:
         return _explicit(problem, why, limits, progress)
-    supervisor = supremal(encoding, reachable)
+    with _of_diagrams():
+        supervisor = supremal(encoding, reachable)
     clock = (start, encoded, time.perf_counter())
     return SynthesisResult(problem, "symbolic", why, _phases(("encode", "saturate"), clock), symbolic=supervisor)
 
@@ -285,11 +288,22 @@ def _symbolic(
     from thenar.symbolic.synthesis import reach, supremal
 
     clock = [time.perf_counter()]
-    encoding = Encoding(problem, ticker(limits, progress), order=order, limits=limits)
-    clock.append(time.perf_counter())
-    supervisor = supremal(encoding, reach(encoding))
+    with _of_diagrams():
+        encoding = Encoding(problem, ticker(limits, progress), order=order, limits=limits)
+        clock.append(time.perf_counter())
+        supervisor = supremal(encoding, reach(encoding))
     clock.append(time.perf_counter())
     return SynthesisResult(problem, "symbolic", why, _phases(("encode", "saturate"), clock), symbolic=supervisor)
+
+
+@contextmanager
+def _of_diagrams() -> Iterator[None]:
+    """Say of a computation that is stopped how large its diagrams were: no state had been found one by one."""
+    try:
+        yield
+    except LimitReached as reached:
+        found = f"the diagrams had {reached.states:,} nodes by then"
+        raise LimitReached(reached.limit, reached.bound, 0, 0, found) from None
 
 
 def _phases(names: Sequence[str], clock: Sequence[float]) -> dict[str, float]:
