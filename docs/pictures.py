@@ -33,6 +33,9 @@ def pictures() -> Iterator[tuple[str, str]]:
     yield "egg.svg", thenar.svg(egg())
     for automaton in glr.problem().automata:
         yield f"{automaton.name.lower()}.svg", thenar.svg(automaton)
+    three = glr.problem(fingers=3)
+    for name in ("FINGER1", "REFERENCE2"):
+        yield f"{name.lower()}-of-three.svg", thenar.svg(three.automaton(name))
 
 
 if __name__ == "__main__":

@@ -71,6 +71,7 @@ if TYPE_CHECKING:
         explain_empty,
         explain_removed,
     )
+    from thenar.synthesis.lint import lint
     from thenar.synthesis.modular import ModularResult, synthesize_modular
     from thenar.synthesis.simulate import Status, Step, random_trace, simulate
     from thenar.synthesis.verify import Verdict, verify
@@ -96,6 +97,7 @@ _LATER = {
     **dict.fromkeys(("html", "mermaid", "svg", "table"), "thenar.render"),
     "certificate": "thenar.synthesis.certificate",
     "fit_to_run": "thenar.synthesis.deploy",
+    "lint": "thenar.synthesis.lint",
     **dict.fromkeys(
         ("Explanation", "Violation", "explain", "explain_disabled", "explain_empty", "explain_removed"),
         "thenar.synthesis.explain",
@@ -171,6 +173,7 @@ __all__ = [
     "is_nonconflicting",
     "is_sublanguage",
     "library",
+    "lint",
     "load",
     "loads",
     "meet",

@@ -158,7 +158,7 @@ def forgeries(supervisor: SymbolicSupervisor, rng: random.Random) -> Iterator[tu
         rows = states.vectors(4096).reshape(-1, len(supervisor.encoding.order))
         row = np.empty(rows.shape[1], np.int64)
         row[supervisor.encoding.order] = rows[rng.randrange(len(rows))]
-        return supervisor.only(row.tolist())
+        return supervisor.encoding.only(row.tolist())
 
     def less(states: Any) -> Any:
         return states - one_of(states) if states else states

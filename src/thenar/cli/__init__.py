@@ -14,6 +14,7 @@ from io import TextIOWrapper
 import click
 
 from thenar.cli import ask, campaign, look, replay, run, synth
+from thenar.cli.lint import lint
 from thenar.errors import InputError, LimitReached
 
 __all__ = ["cli", "main"]
@@ -24,7 +25,7 @@ __all__ = ["cli", "main"]
 def cli() -> None:
     """Supervisory control of discrete-event systems: synthesise, explain, certify and run.
 
-    MODEL is a model file (.toml or .json), '-' for standard input, or a library model such as glr, agv or
+    MODEL is a model file (.toml, .json or .cif), '-' for standard input, or a library model such as glr, agv or
     'dining(5)'.  Several models are composed: their plants together, their specifications together.
 
     Exit codes: 0 yes, or done; 1 no; 2 bad input; 3 a limit was reached; 130 interrupted.
@@ -34,6 +35,7 @@ def cli() -> None:
 for command in (
     synth.synth,
     synth.check,
+    lint,
     synth.verify,
     ask.explain,
     ask.simulate,

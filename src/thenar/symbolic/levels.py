@@ -77,6 +77,18 @@ class Levels:
         """Return the states in which ``part`` has one of the values with ``mask[value]``."""
         return self.forest.literal(int(self.level[part]), mask.astype(np.uint8))
 
+    def first(self, states: kernel.Set) -> tuple[int, ...]:
+        """Return the first of ``states``: the value of each part."""
+        levels = states.vectors(1)
+        row = np.empty_like(levels)
+        row[self.order] = levels
+        return tuple(row.tolist())
+
+    def only(self, row: Sequence[int]) -> kernel.Set:
+        """Return the set of this one state."""
+        masks = [self.literal(k, np.arange(self.parts[k].size) == v) for k, v in enumerate(row)]
+        return self.forest.all_of(masks, self.tick)
+
     def support(self, expression: Expression) -> set[int]:
         """Return the parts that ``expression`` speaks of."""
         return {

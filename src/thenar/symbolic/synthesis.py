@@ -121,19 +121,6 @@ class SymbolicSupervisor:
             )
         return entered & self.safe
 
-    def pick(self, states: kernel.Set) -> tuple[int, ...]:
-        """Return one of ``states``, the first: the value of each part of the encoding."""
-        levels = states.vectors(1)
-        row = np.empty_like(levels)
-        row[self.encoding.order] = levels
-        return tuple(row.tolist())
-
-    def only(self, row: Sequence[int]) -> kernel.Set:
-        """Return the set of this one state."""
-        parts = self.encoding.parts
-        masks = [self.encoding.literal(k, np.arange(parts[k].size) == v) for k, v in enumerate(row)]
-        return self.encoding.forest.all_of(masks, self.encoding.tick)
-
     def pattern(self, states: kernel.Set) -> ControlPattern:
         """Return what is enabled, and what the plant could do but is disabled, somewhere in ``states``."""
         enabled: list[Event] = []

@@ -93,7 +93,7 @@ def _why(supervisor: SymbolicSupervisor, at: kernel.Set, trace: Trace, name: str
         supervisor.encoding.alphabet.index(name)
         why = "no automaton of the problem has it."
         return Explanation("impossible", f"{here} {name} cannot happen: ", why, trace, name, enabled=enabled)
-    row = supervisor.pick(at)
+    row = supervisor.encoding.first(at)
     if not at & event.possible:
         why = f"{' and '.join(_unable(supervisor, event, row)) or 'an invariant of the plant would not hold'}."
         return Explanation("impossible", f"{here} the plant cannot do {name}: ", why, trace, name, enabled=enabled)
@@ -149,13 +149,15 @@ def _uncontrollable_path(
         layers.append(following & inside - seen)
         seen |= layers[-1]
         assert layers[-1]  # what was removed in this round leads to its seeds
-    end = supervisor.pick(layers[-1] & goal)
+    end = supervisor.encoding.first(layers[-1] & goal)
     string: list[str] = []
-    state = supervisor.only(end)
+    state = supervisor.encoding.only(end)
     for layer in reversed(layers[:-1]):
         event = next(e for e in free if forest.image(state, forest.inverse(e.relation)) & layer)
         string.append(event.name)
-        state = supervisor.only(supervisor.pick(forest.image(state, forest.inverse(event.relation)) & layer))
+        state = supervisor.encoding.only(
+            supervisor.encoding.first(forest.image(state, forest.inverse(event.relation)) & layer)
+        )
     return Trace(reversed(string)), end
 
 
@@ -188,7 +190,7 @@ def _against(supervisor: SymbolicSupervisor, event: EventRelation, row: Sequence
 
 def _broken(supervisor: SymbolicSupervisor, row: Sequence[int]) -> Iterable[Violation]:
     """Yield the specifications that are broken in the state ``row``; without an event for an invariant."""
-    here = supervisor.only(row)
+    here = supervisor.encoding.only(row)
     for event in supervisor.encoding.events:
         if not event.controllable and here & (event.possible - event.allowed):
             yield from _against(supervisor, event, row)
@@ -211,18 +213,18 @@ def _stops(
         return False
     if isinstance(automaton, Automaton):
         return automaton.step(state, event.name) is None
-    index, here = automaton.alphabet.index(event.name), supervisor.only(row)
+    index, here = automaton.alphabet.index(event.name), supervisor.encoding.only(row)
     own = [edge for edge in automaton.edges if edge.source == state and edge.event == index]
     return not any(here & supervisor.encoding.happens(edge) for edge in own)
 
 
 def _holds(supervisor: SymbolicSupervisor, condition: Condition, row: Sequence[int]) -> bool:
-    return bool(supervisor.only(row) & supervisor.encoding.predicate(condition.predicate))
+    return bool(supervisor.encoding.only(row) & supervisor.encoding.predicate(condition.predicate))
 
 
 def _stuck(supervisor: SymbolicSupervisor, row: Sequence[int]) -> str:
     """Say that no marked state can be reached from the state ``row``."""
-    name, here = _written(supervisor, row), supervisor.only(row)
+    name, here = _written(supervisor, row), supervisor.encoding.only(row)
     forest = supervisor.encoding.forest
     if not any(forest.image(here, e.relation) & supervisor.encoding.invariant for e in supervisor.encoding.events):
         closed = [v for e in supervisor.encoding.events if here & e.possible for v in _against(supervisor, e, row)]
