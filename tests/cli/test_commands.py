@@ -150,6 +150,24 @@ def test_a_large_problem_is_solved_by_diagrams(run: Run) -> None:
     assert "L20_test if true" in done.out
 
 
+def test_local_supervisors_are_listed(run: Run) -> None:
+    done = run("modular", "transfer_line(2)")
+    assert done.code == 0
+    assert "784 states" in done.out
+    assert "28 states       65 transitions  L1_B1, L1_B2 with L1_M1, L1_M2, L1_TU" in done.out
+    answer = json.loads(run("modular", "glr(fingers=10)", "--json").out)
+    assert (answer["states"], len(answer["supervisors"])) == (17_928_826_831_041_992_149, 10)
+
+
+def test_what_looks_wrong_is_exit_code_1(run: Run, tmp_path: Path) -> None:
+    assert run("lint", "agv").out == "nothing looks wrong\n"
+    model = tmp_path / "m.toml"
+    model.write_text(MODEL.replace('"idle -go-> busy', '"lost -slip-> idle -go-> busy'))
+    done = run("lint", model)
+    assert done.code == 1
+    assert "never reaches its state 'lost'" in done.out
+
+
 def test_guards_in_json(run: Run) -> None:
     done = run("synth", "cat_and_mouse", "--guards", "--json")
     assert json.loads(done.out)["guards"]["c3"] == "ROOM4.mouse"

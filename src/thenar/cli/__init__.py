@@ -15,6 +15,7 @@ import click
 
 from thenar.cli import ask, campaign, look, replay, run, synth
 from thenar.cli.lint import lint
+from thenar.cli.modular import modular
 from thenar.errors import InputError, LimitReached
 
 __all__ = ["cli", "main"]
@@ -34,6 +35,7 @@ def cli() -> None:
 
 for command in (
     synth.synth,
+    modular,
     synth.check,
     lint,
     synth.verify,
