@@ -44,11 +44,13 @@ void on_deep_stack(Forest& forest, Ticker& ticker, const std::function<void()>& 
     if (shared.cancel) throw Cancelled();
   });
   forest.ticker = &inner;
+  forest.busy = true;
   pthread_attr_t attributes;
   pthread_attr_init(&attributes);
   // Two frames a level and more, each below a kilobyte; memory that is not touched costs nothing.
   pthread_attr_setstacksize(&attributes, (u64{16} << 20) + u64{8192} * forest.n_levels());
   pthread_t thread;
+  std::exception_ptr stopped;
   auto run = [](void* argument) -> void* {
     auto& s = *static_cast<Shared*>(argument);
     try {
@@ -63,11 +65,11 @@ void on_deep_stack(Forest& forest, Ticker& ticker, const std::function<void()>& 
   };
   {
     nb::gil_scoped_release free;
-    if (pthread_create(&thread, &attributes, run, &shared)) {
-      forest.ticker = nullptr;
-      throw std::bad_alloc();
+    const bool started = pthread_create(&thread, &attributes, run, &shared) == 0;
+    if (!started) {
+      shared.done = true;
+      shared.error = std::make_exception_ptr(std::bad_alloc());
     }
-    std::exception_ptr stopped;
     std::unique_lock lock(shared.mutex);
     while (!shared.done_changed.wait_for(lock, std::chrono::milliseconds(50), [&] { return shared.done; })) {
       if (stopped) continue;
@@ -81,14 +83,17 @@ void on_deep_stack(Forest& forest, Ticker& ticker, const std::function<void()>& 
       lock.lock();
     }
     lock.unlock();
-    pthread_join(thread, nullptr);
-    forest.ticker = nullptr;
-    if (stopped || shared.error) {
-      forest.stack().clear();
-      std::rethrow_exception(stopped ? stopped : shared.error);
-    }
+    if (started) pthread_join(thread, nullptr);
+    if (!shared.error) shared.error = stopped;
   }
   pthread_attr_destroy(&attributes);
+  forest.ticker = nullptr;
+  forest.busy = false;
+  for (Node n : std::exchange(forest.dropped_meanwhile, {})) forest.drop(n);
+  if (shared.error) {
+    forest.stack().clear();
+    std::rethrow_exception(stopped ? stopped : shared.error);
+  }
 }
 
 using Shared = std::shared_ptr<Forest>;
@@ -99,7 +104,10 @@ class Set {
   Set(Shared forest, Node node) : forest(std::move(forest)), node(node) { this->forest->hold(node); }
   Set(const Set& other) : Set(other.forest, other.node) {}
   Set& operator=(const Set&) = delete;
-  ~Set() { forest->drop(node); }
+  ~Set() {
+    if (forest->busy) forest->dropped_meanwhile.push_back(node);  // a thread of its own may be looking at what is held
+    else forest->drop(node);
+  }
   Shared forest;
   Node node;
 };
@@ -109,8 +117,25 @@ Node same(const Set& a, const Set& b) {
   return b.node;
 }
 
-void tidy(Forest& f) {
+// Before each operation: the forest must not be at work for another thread, and has its garbage collected if due.
+void ready(Forest& f) {
+  if (f.busy) throw std::runtime_error("these diagrams are at work in another thread; give each thread its own synthesis");
   if (f.collection_is_due()) f.collect();
+}
+
+// Do one operation: where it stands, or, if so many levels might be too deep for the calling thread, on a deep stack.
+template <class F>
+auto operate(Forest& f, F operation) {
+  constexpr u32 kShallow = 4000;
+  ready(f);
+  if (f.n_levels() <= kShallow) return operation();
+  decltype(operation()) result{};
+  Ticker ticker({}, [](u64, u64) {
+    nb::gil_scoped_acquire hold;
+    if (PyErr_CheckSignals()) throw nb::python_error();
+  });
+  on_deep_stack(f, ticker, [&] { result = operation(); });
+  return result;
 }
 
 // The union or intersection of many sets, the lowest first, so that each is walked through about once.
@@ -153,38 +178,48 @@ Hypergraph hypergraph(u32 n, In<i64> offsets, In<u32> members) {
 
 void bind_symbolic(nb::module_& m) {
   nb::class_<Set>(m, "Set")
-      .def("__and__", [](const Set& a, const Set& b) { tidy(*a.forest); return Set(a.forest, a.forest->intersect(a.node, same(a, b))); })
-      .def("__or__", [](const Set& a, const Set& b) { tidy(*a.forest); return Set(a.forest, a.forest->unite(a.node, same(a, b))); })
-      .def("__sub__", [](const Set& a, const Set& b) { tidy(*a.forest); return Set(a.forest, a.forest->subtract(a.node, same(a, b))); })
-      .def("__invert__", [](const Set& a) { tidy(*a.forest); return Set(a.forest, a.forest->subtract(kEverything, a.node)); })
+      .def("__and__", [](const Set& a, const Set& b) {
+        return Set(a.forest, operate(*a.forest, [&] { return a.forest->intersect(a.node, same(a, b)); }));
+      })
+      .def("__or__", [](const Set& a, const Set& b) {
+        return Set(a.forest, operate(*a.forest, [&] { return a.forest->unite(a.node, same(a, b)); }));
+      })
+      .def("__sub__", [](const Set& a, const Set& b) {
+        return Set(a.forest, operate(*a.forest, [&] { return a.forest->subtract(a.node, same(a, b)); }));
+      })
+      .def("__invert__", [](const Set& a) {
+        return Set(a.forest, operate(*a.forest, [&] { return a.forest->subtract(kEverything, a.node); }));
+      })
       .def("__bool__", [](const Set& a) { return a.node != kNothing; })
       .def("__eq__", [](const Set& a, const Set& b) { return a.node == same(a, b); })
       .def("__hash__", [](const Set& a) { return a.node; })
       .def_prop_ro("is_everything", [](const Set& a) { return a.node == kEverything; })
       .def_prop_ro("n_nodes", [](const Set& a) { return a.forest->n_nodes(a.node); })
       .def_prop_ro("level", [](const Set& a) { return a.forest->level(a.node); })
-      .def("count", [](const Set& a) { return whole_number(a.forest->count(a.node)); })
-      .def("support", [](const Set& a) { return a.forest->support(a.node); })
+      .def("count", [](const Set& a) { return whole_number(operate(*a.forest, [&] { return a.forest->count(a.node); })); })
+      .def("support", [](const Set& a) { return operate(*a.forest, [&] { return a.forest->support(a.node); }); })
       .def("child", [](const Set& a, u32 value) {
+        ready(*a.forest);
         const u32 level = a.forest->level(a.node);
         return level ? Set(a.forest, a.forest->child(a.node, level, value)) : a;
       }, "value"_a)
-      .def("simplify", [](const Set& a, const Set& care) { tidy(*a.forest); return Set(a.forest, a.forest->simplify(a.node, same(a, care))); },
+      .def("simplify", [](const Set& a, const Set& care) {
+        return Set(a.forest, operate(*a.forest, [&] { return a.forest->simplify(a.node, same(a, care)); }));
+      },
            "care"_a)
       .def("forget", [](const Set& a, In<u8> levels) {
-        tidy(*a.forest);
-        return Set(a.forest, a.forest->forget(a.node, {levels.data(), levels.data() + levels.shape(0)}));
+        const std::vector<u8> freed(levels.data(), levels.data() + levels.shape(0));
+        return Set(a.forest, operate(*a.forest, [&] { return a.forest->forget(a.node, freed); }));
       }, "levels"_a)
       .def("factors", [](const Set& a) {
-        tidy(*a.forest);
         std::vector<Set> found;
-        for (Node n : a.forest->factors(a.node)) found.emplace_back(a.forest, n);
+        for (Node n : operate(*a.forest, [&] { return a.forest->factors(a.node); })) found.emplace_back(a.forest, n);
         return found;
       })
       .def("products", [](const Set& low, const Set& high, u64 limit) -> std::optional<std::vector<std::vector<std::pair<u32, std::vector<u32>>>>> {
-        tidy(*low.forest);
         std::vector<Forest::Product> found;
-        if (!low.forest->products(low.node, same(low, high), limit, found)) return {};
+        const Node bound = same(low, high);
+        if (!operate(*low.forest, [&] { return low.forest->products(low.node, bound, limit, found); })) return {};
         std::vector<std::vector<std::pair<u32, std::vector<u32>>>> out;
         for (const auto& product : found) {
           auto& row = out.emplace_back();
@@ -192,8 +227,9 @@ void bind_symbolic(nb::module_& m) {
         }
         return out;
       }, "high"_a, "limit"_a)
-      .def("vectors", [](const Set& a, u64 limit) { return give(a.forest->vectors(a.node, limit)); }, "limit"_a)
+      .def("vectors", [](const Set& a, u64 limit) { return give(operate(*a.forest, [&] { return a.forest->vectors(a.node, limit); })); }, "limit"_a)
       .def("dump", [](const Set& a) {
+        ready(*a.forest);
         std::vector<u32> levels, kids = a.forest->dump(a.node, levels);
         return nb::make_tuple(give(std::move(levels)), give(std::move(kids)));
       });
@@ -201,7 +237,7 @@ void bind_symbolic(nb::module_& m) {
   nb::class_<PySaturation>(m, "Saturation")
       .def("__call__", [](PySaturation& s, const Set& start, const Set& within, Ticker& ticker) {
         Node found = kNothing;
-        tidy(*s.forest);
+        ready(*s.forest);
         on_deep_stack(*s.forest, ticker, [&] { found = (*s.self)(start.node, within.node); });
         return Set(s.forest, found);
       }, "start"_a, "within"_a, "ticker"_a);
@@ -217,21 +253,21 @@ void bind_symbolic(nb::module_& m) {
       .def_prop_ro("peak", [](const Shared& f) { return f->n_peak(); })
       .def_prop_ro("collections", [](const Shared& f) { return f->n_collections(); })
       .def_prop_ro("bytes", [](const Shared& f) { return f->bytes(); })
-      .def("collect", [](const Shared& f) { f->collect(); })
-      .def("literal", [](const Shared& f, u32 level, In<u8> mask) { return Set(f, f->literal(level, mask.data())); },
+      .def("collect", [](const Shared& f) { ready(*f); f->collect(); })
+      .def("literal", [](const Shared& f, u32 level, In<u8> mask) { return Set(f, operate(*f, [&] { return f->literal(level, mask.data()); })); },
            "level"_a, "mask"_a)
       .def("table", [](const Shared& f, const std::vector<u32>& levels, In<u8> truth) {
-        return Set(f, f->table(levels, truth.data()));
+        return Set(f, operate(*f, [&] { return f->table(levels, truth.data()); }));
       }, "levels"_a, "truth"_a)
       .def("any_of", [](const Shared& f, const std::vector<const Set*>& sets, Ticker& ticker) {
-        tidy(*f);
+        ready(*f);
         std::vector<Node> nodes = nodes_of(f, sets);
         Node all = kNothing;
         on_deep_stack(*f, ticker, [&] { all = fold(*f, std::move(nodes), kNothing, [&](Node a, Node b) { return f->unite(a, b); }); });
         return Set(f, all);
       }, "sets"_a, "ticker"_a)
       .def("all_of", [](const Shared& f, const std::vector<const Set*>& sets, Ticker& ticker, const Set* within) {
-        tidy(*f);
+        ready(*f);
         std::vector<Node> nodes = nodes_of(f, sets);
         Node all = within ? within->node : kEverything;
         on_deep_stack(*f, ticker, [&] { all = fold(*f, std::move(nodes), all, [&](Node a, Node b) { return f->intersect(a, b); }); });
@@ -239,32 +275,37 @@ void bind_symbolic(nb::module_& m) {
       }, "sets"_a, "ticker"_a, "within"_a.none() = nb::none())
       // Relations are numbers; 0 is never, 1 the identity.
       .def("shift", [](const Shared& f, u32 level, In<u32> from, In<u32> to, Relation next) {
+        ready(*f);
         std::vector<Pair> pairs(from.shape(0));
         for (u64 k = 0; k < pairs.size(); ++k) pairs[k] = {from.data()[k], to.data()[k], next};
         return f->step(level, std::move(pairs));
       }, "level"_a, "source"_a, "target"_a, "next"_a)
       .def("rows", [](const Shared& f, const std::vector<u32>& levels, In<u32> before_after) {
-        return f->rows(levels, before_after.data(), levels.empty() ? 0 : before_after.shape(0) / (2 * levels.size()));
+        const u64 n = levels.empty() ? 0 : before_after.shape(0) / (2 * levels.size());
+        return operate(*f, [&] { return f->rows(levels, before_after.data(), n); });
       }, "levels"_a, "before_after"_a)
-      .def("join", [](const Shared& f, Relation a, Relation b) { return f->join(a, b); }, "a"_a, "b"_a)
-      .def("either", [](const Shared& f, Relation a, Relation b) { return f->either(a, b); }, "a"_a, "b"_a)
-      .def("restrict", [](const Shared& f, Relation r, const Set& before) { return f->restrict(r, before.node); }, "relation"_a, "before"_a)
-      .def("inverse", [](const Shared& f, Relation r) { return f->inverse(r); }, "relation"_a)
-      .def("relation_support", [](const Shared& f, Relation r) { return f->relation_support(r); }, "relation"_a)
-      .def("domain", [](const Shared& f, Relation r) { tidy(*f); return Set(f, f->domain(r)); }, "relation"_a)
-      .def("image", [](const Shared& f, const Set& set, Relation r) { tidy(*f); return Set(f, f->image(set.node, r)); },
+      .def("join", [](const Shared& f, Relation a, Relation b) { return operate(*f, [&] { return f->join(a, b); }); }, "a"_a, "b"_a)
+      .def("either", [](const Shared& f, Relation a, Relation b) { return operate(*f, [&] { return f->either(a, b); }); }, "a"_a, "b"_a)
+      .def("restrict", [](const Shared& f, Relation r, const Set& before) { return operate(*f, [&] { return f->restrict(r, before.node); }); }, "relation"_a, "before"_a)
+      .def("inverse", [](const Shared& f, Relation r) { return operate(*f, [&] { return f->inverse(r); }); }, "relation"_a)
+      .def("relation_support", [](const Shared& f, Relation r) { return operate(*f, [&] { return f->relation_support(r); }); }, "relation"_a)
+      .def("domain", [](const Shared& f, Relation r) { return Set(f, operate(*f, [&] { return f->domain(r); })); }, "relation"_a)
+      .def("image", [](const Shared& f, const Set& set, Relation r) { return Set(f, operate(*f, [&] { return f->image(set.node, r); })); },
            "set"_a, "relation"_a)
       .def("count_steps", [](const Shared& f, const Set& set, const std::vector<Relation>& relations, Ticker& ticker) {
         std::vector<u64> words;
+        ready(*f);
         on_deep_stack(*f, ticker, [&] { words = f->count_steps(set.node, relations); });
         return whole_number(words);
       }, "set"_a, "relations"_a, "ticker"_a)
       .def("steps", [](const Shared& f, const Set& set, const Set& from, Relation r) {
         std::vector<u32> sources, targets;
+        ready(*f);
         f->steps(set.node, same(set, from), r, sources, targets);
         return nb::make_tuple(give(std::move(sources)), give(std::move(targets)));
       }, "set"_a, "part"_a, "relation"_a)
       .def("saturation", [](const Shared& f, const std::vector<Relation>& relations) {
+        ready(*f);
         return PySaturation{f, std::make_unique<Saturation>(*f, relations)};
       }, "relations"_a);
 

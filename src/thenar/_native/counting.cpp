@@ -48,20 +48,30 @@ Big product(const Big& x, const Big& y) {
 
 std::vector<u64> Forest::count(Node set) const {
   std::unordered_map<Node, Big> counts;
-  counts[kNothing] = {};
-  counts[kEverything] = {1};
   // The count of a node at the given level: levels in between may take any value.
   auto lifted = [&](Node n, u32 level) {
     Big x = counts[n];
     for (u32 k = level_[n] + 1; k <= level && !x.empty(); ++k) times(x, sizes_[k]);
     return x;
   };
+  Big everything{1};  // over the levels below that of the node in hand, which rises
+  u32 below = 0;
+  auto rise = [&](u32 level) {
+    while (below < level) times(everything, sizes_[++below]);
+  };
   for (Node n : bottom_up(set)) {
+    rise(level_[n] - 1);
     Big sum;
-    for (u32 i = 0; i < sizes_[level_[n]]; ++i) add(sum, lifted(child(n, level_[n], i), level_[n] - 1));
+    for (u32 i = 0; i < sizes_[level_[n]]; ++i) {
+      const Node kid = child(n, level_[n], i);
+      if (kid == kEverything) add(sum, everything);
+      else if (kid != kNothing) add(sum, lifted(kid, level_[n] - 1));
+    }
     counts[n] = std::move(sum);
   }
-  return lifted(set, n_levels());
+  if (set > kEverything) return lifted(set, n_levels());
+  rise(n_levels());
+  return set == kEverything ? everything : Big{};
 }
 
 // Steps are counted from the topmost level of their relation down; above it nothing moves, and it is enough to know how

@@ -145,6 +145,8 @@ class Forest {
   u64 bytes() const;
   void check_bytes() const;
   Ticker* ticker = nullptr;  // of the operation in progress
+  bool busy = false;         // at work on a thread of its own; guarded by the GIL
+  std::vector<Node> dropped_meanwhile;
   u64 work = 0;
   void tick() {
     if ((++work & 255) || !ticker) return;

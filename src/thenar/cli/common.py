@@ -158,8 +158,13 @@ def run_synthesis(problem: Problem | ExtendedProblem, bounds: dict[str, Any]) ->
 
 def print_json(value: object) -> None:
     """Print as JSON."""
+    limit = sys.get_int_max_str_digits()
     sys.set_int_max_str_digits(0)  # counts of states may have thousands of digits; they are ours, not a stranger's
-    click.echo(json.dumps(value, ensure_ascii=False, indent=2))
+    try:
+        text = json.dumps(value, ensure_ascii=False, indent=2)
+    finally:
+        sys.set_int_max_str_digits(limit)
+    click.echo(text)
 
 
 def say(text: str = "") -> None:
