@@ -126,7 +126,7 @@ void ready(Forest& f) {
 // Do one operation: where it stands, or, if so many levels might be too deep for the calling thread, on a deep stack.
 template <class F>
 auto operate(Forest& f, F operation) {
-  constexpr u32 kShallow = 4000;
+  constexpr u32 kShallow = 12'000;  // some 4 MB of stack
   ready(f);
   if (f.n_levels() <= kShallow) return operation();
   decltype(operation()) result{};
@@ -140,10 +140,18 @@ auto operate(Forest& f, F operation) {
 
 // The union or intersection of many sets, the lowest first, so that each is walked through about once.
 template <class F>
-Node fold(Forest& f, std::vector<Node> nodes, Node start, F combine) {
+Node fold(Forest& f, std::vector<Node> nodes, Node start, Ticker& ticker, F combine) {
+  ready(f);
   std::stable_sort(nodes.begin(), nodes.end(), [&](Node a, Node b) { return f.level(a) < f.level(b); });
   Node all = start;
-  for (Node n : nodes) all = combine(all, n);
+  auto work = [&] {
+    for (Node n : nodes) all = combine(all, n);
+  };
+  // A few literals are not worth a thread.
+  if (start <= kEverything && nodes.size() <= 16 && std::all_of(nodes.begin(), nodes.end(), [&](Node n) { return f.is_literal(n); }))
+    work();
+  else
+    on_deep_stack(f, ticker, work);
   return all;
 }
 
@@ -260,18 +268,11 @@ void bind_symbolic(nb::module_& m) {
         return Set(f, operate(*f, [&] { return f->table(levels, truth.data()); }));
       }, "levels"_a, "truth"_a)
       .def("any_of", [](const Shared& f, const std::vector<const Set*>& sets, Ticker& ticker) {
-        ready(*f);
-        std::vector<Node> nodes = nodes_of(f, sets);
-        Node all = kNothing;
-        on_deep_stack(*f, ticker, [&] { all = fold(*f, std::move(nodes), kNothing, [&](Node a, Node b) { return f->unite(a, b); }); });
-        return Set(f, all);
+        return Set(f, fold(*f, nodes_of(f, sets), kNothing, ticker, [&](Node a, Node b) { return f->unite(a, b); }));
       }, "sets"_a, "ticker"_a)
       .def("all_of", [](const Shared& f, const std::vector<const Set*>& sets, Ticker& ticker, const Set* within) {
-        ready(*f);
-        std::vector<Node> nodes = nodes_of(f, sets);
-        Node all = within ? within->node : kEverything;
-        on_deep_stack(*f, ticker, [&] { all = fold(*f, std::move(nodes), all, [&](Node a, Node b) { return f->intersect(a, b); }); });
-        return Set(f, all);
+        const Node start = within ? within->node : kEverything;
+        return Set(f, fold(*f, nodes_of(f, sets), start, ticker, [&](Node a, Node b) { return f->intersect(a, b); }));
       }, "sets"_a, "ticker"_a, "within"_a.none() = nb::none())
       // Relations are numbers; 0 is never, 1 the identity.
       .def("shift", [](const Shared& f, u32 level, In<u32> from, In<u32> to, Relation next) {

@@ -76,6 +76,11 @@ class Forest {
   u32 size(u32 level) const { return sizes_[level]; }
   u32 level(Node n) const { return level_[n]; }
   Node child(Node n, u32 level, u32 value) const { return level_[n] == level ? kids_[first_[n] + value] : n; }
+  // Whether only one level matters.
+  bool is_literal(Node n) const {
+    const Node* kids = &kids_[first_[n]];
+    return n <= kEverything || std::all_of(kids, kids + sizes_[level_[n]], [](Node kid) { return kid <= kEverything; });
+  }
   Node make(u32 level, const Node* kids);
 
   Node unite(Node a, Node b);
