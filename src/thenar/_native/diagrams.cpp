@@ -224,6 +224,7 @@ Node Forest::simplify(Node set, Node care) {
 
 std::vector<Node> Forest::factors(Node set) {
   std::vector<Node> found;
+  if (set == kNothing) found.push_back(set);
   if (set <= kEverything) return found;
   const std::vector<Node> nodes = bottom_up(set);
   // How far up a node is referred to from; between there and its own level it is one of the ways through.
