@@ -202,8 +202,8 @@ void bind_symbolic(nb::module_& m) {
       .def("__eq__", [](const Set& a, const Set& b) { return a.node == same(a, b); })
       .def("__hash__", [](const Set& a) { return a.node; })
       .def_prop_ro("is_everything", [](const Set& a) { return a.node == kEverything; })
-      .def_prop_ro("n_nodes", [](const Set& a) { return a.forest->n_nodes(a.node); })
-      .def_prop_ro("level", [](const Set& a) { return a.forest->level(a.node); })
+      .def_prop_ro("n_nodes", [](const Set& a) { ready(*a.forest); return a.forest->n_nodes(a.node); })
+      .def_prop_ro("level", [](const Set& a) { ready(*a.forest); return a.forest->level(a.node); })
       .def("count", [](const Set& a) { return whole_number(operate(*a.forest, [&] { return a.forest->count(a.node); })); })
       .def("support", [](const Set& a) { return operate(*a.forest, [&] { return a.forest->support(a.node); }); })
       .def("child", [](const Set& a, u32 value) {
@@ -301,8 +301,8 @@ void bind_symbolic(nb::module_& m) {
       }, "set"_a, "relations"_a, "ticker"_a)
       .def("steps", [](const Shared& f, const Set& set, const Set& from, Relation r) {
         std::vector<u32> sources, targets;
-        ready(*f);
-        f->steps(set.node, same(set, from), r, sources, targets);
+        const Node part = same(set, from);
+        operate(*f, [&] { return f->steps(set.node, part, r, sources, targets), true; });
         return nb::make_tuple(give(std::move(sources)), give(std::move(targets)));
       }, "set"_a, "part"_a, "relation"_a)
       .def("saturation", [](const Shared& f, const std::vector<Relation>& relations) {

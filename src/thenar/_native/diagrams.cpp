@@ -15,6 +15,7 @@ void OperationCache::grow() {
 
 Forest::Forest(std::vector<u32> sizes, u64 max_bytes, u64 cache_bytes, u64 collect_at)
     : free_(sizes.size() + 1), threshold_(collect_at), max_bytes_(max_bytes), cache_(cache_bytes) {
+  if (std::find(sizes.begin(), sizes.end(), 0u) != sizes.end()) throw std::invalid_argument("a level without values");
   sizes_.push_back(0);
   sizes_.insert(sizes_.end(), sizes.begin(), sizes.end());
   for (int terminal = 0; terminal < 2; ++terminal) {

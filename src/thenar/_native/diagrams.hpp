@@ -78,8 +78,9 @@ class Forest {
   Node child(Node n, u32 level, u32 value) const { return level_[n] == level ? kids_[first_[n] + value] : n; }
   // Whether only one level matters.
   bool is_literal(Node n) const {
+    if (n <= kEverything) return true;
     const Node* kids = &kids_[first_[n]];
-    return n <= kEverything || std::all_of(kids, kids + sizes_[level_[n]], [](Node kid) { return kid <= kEverything; });
+    return std::all_of(kids, kids + sizes_[level_[n]], [](Node kid) { return kid <= kEverything; });
   }
   Node make(u32 level, const Node* kids);
 

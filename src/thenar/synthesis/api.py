@@ -198,7 +198,7 @@ def synthesize(
     if isinstance(problem, Problem) and any(a.is_empty for a in problem.automata):
         return SynthesisResult(problem, "explicit", "an automaton has no states", {})
     if not isinstance(problem, Problem):
-        if engine == "explicit":
+        if engine == "explicit" or not all(a.states for a in problem.automata):  # a part without states: none exists
             return _flattened(problem, limits, progress)
         return _symbolic(problem, "the problem has variables or conditions", order, limits, progress)
     if engine == "explicit":

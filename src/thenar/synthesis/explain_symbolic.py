@@ -48,6 +48,8 @@ def explain_removed(result: SynthesisResult, trace: Trace) -> Explanation:
     supervisor = _symbolic(result)
     forest = supervisor.encoding.forest
     at = supervisor.encoding.initial
+    if not at:
+        return Explanation("impossible", "No supervisor exists: ", "the plant has no initial state.", trace)
     for k, name in enumerate(trace):
         supervisor.encoding.alphabet.index(name)
         event = supervisor.events.get(name)
