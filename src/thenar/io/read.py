@@ -105,7 +105,9 @@ def _problem(documents: Sequence[Document], otherwise: str = "") -> Problem | Ex
         return meaning.problem(name, description)
 
     def built(kind: str) -> list[Automaton]:
-        return [assemble(Automaton, p, known, n, p.table.says) for n, p in parts.items() if p.table.kind == kind]
+        return [
+            p.quick or assemble(Automaton, p, known, n, p.table.says) for n, p in parts.items() if p.table.kind == kind
+        ]
 
     return Problem(built("plant"), built("spec"), name=name, alphabet=known, description=description)
 
@@ -169,7 +171,7 @@ def _parts(sources: Sequence[Checked], events: _Events) -> tuple[dict[str, Writt
             if name in home:
                 source.complain(("automata", name), f"already given in {home[name]}; rename one of the two")
             home[name] = source.document.source
-            parts[name] = Written(table)
+            parts[name] = Written(table, name, events.known)
             for path, what in complaints_of(parts[name], events.known, events.say):
                 faulty.add(name)
                 if not what.startswith(events.said):

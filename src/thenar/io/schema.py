@@ -72,6 +72,10 @@ StateNames = Annotated[
     Annotated[StateName, Tag("one")] | Annotated[list[StateName], Field(min_length=1), Tag("list")],
     Discriminator(_one_or_list),
 ]
+Lines = Annotated[
+    Annotated[str, Tag("one"), Field(min_length=1)] | Annotated[list[StateName], Tag("list")],
+    Discriminator(_one_or_list),
+]
 Values = Annotated[Annotated[Value, Tag("one")] | Annotated[list[Value], Tag("list")], Discriminator(_one_or_list)]
 
 
@@ -135,21 +139,25 @@ class AutomatonTable(_Table):
     initial: StateNames = Field(
         description="The state in which the automaton starts, or a list of those in which it may."
     )
-    marked: list[StateName] = Field(
-        default=[], description="The marked states: a task is complete where every automaton is in one."
+    marked: Lines = Field(
+        default=[],
+        description="The marked states: a task is complete where every automaton is in one. "
+        "A list, or a text with one a line.",
     )
-    states: list[StateName] = Field(
+    states: Lines = Field(
         default=[],
         description="The states, in the order of their numbers; any other name is then an error. "
-        "Without it, the states are those mentioned in initial and transitions.",
+        "Without it, the states are those mentioned in initial and transitions. A list, or a text with one a line.",
     )
     alphabet: list[str] = Field(
         default=[], description="Events that belong to the automaton though no transition carries them: it blocks them."
     )
-    transitions: list[Transition] = Field(
+    transitions: Annotated[
+        Annotated[str, Tag("one")] | Annotated[list[Transition], Tag("list")], Discriminator(_one_or_list)
+    ] = Field(
         default=[],
         description="The transitions, as arrow texts, as triples [source, event, target], or as tables "
-        "with guards and updates.",
+        "with guards and updates; or one text with an arrow text a line.",
     )
     nondeterministic: bool = Field(
         default=False, description="May an event lead from a state to several, though no guards tell them apart?"

@@ -44,7 +44,7 @@ def dumps(model: Problem | ExtendedProblem | Automaton, format: str = "toml") ->
     <BLANKLINE>
     """
     write = as_toml if format_by_name(format) == "toml" else as_json
-    text = write(tables_of(Problem(model) if isinstance(model, Automaton) else model))
+    text = "".join(write(tables_of(Problem(model) if isinstance(model, Automaton) else model)))
     try:
         text.encode()
     except UnicodeEncodeError as error:
