@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from thenar.errors import InputError
 from thenar.io.block import arrow_lines
 from thenar.io.expressions import MAX_TEXT, written
+from thenar.io.foreign.assemble import columns
 from thenar.io.layout import Lines, Table, Tables, Value
 from thenar.model.automaton import Automaton
 from thenar.model.events import Event
@@ -144,16 +145,14 @@ def _automaton_table(automaton: Automaton | ExtendedAutomaton, kind: str, texts:
     table: dict[str, Value] = {"kind": kind}
     if automaton.meaning:
         table["says"] = automaton.meaning
+    sources, events, targets = columns(automaton)
+    ends = np.column_stack((sources, targets)).ravel()
+    carried = np.bincount(events, minlength=len(automaton.alphabet))
     if isinstance(automaton, Automaton):
         initial = [automaton.initial]
-        sources = np.repeat(np.arange(automaton.n_states), np.diff(automaton.offsets))
-        ends = np.column_stack((sources, automaton.targets)).astype(np.int64).ravel()
-        carried = np.bincount(automaton.events, minlength=len(automaton.alphabet))
         marked = np.flatnonzero(automaton.marked).tolist()
     else:
         initial = [q for q, first in enumerate(automaton.initial) if first]
-        ends = np.array([(e.source, e.target) for e in automaton.edges], np.int64).ravel()
-        carried = np.bincount([e.event for e in automaton.edges], minlength=len(automaton.alphabet))
         marked = [q for q, end in enumerate(automaton.marked) if end]
     table["initial"] = states[initial[0]] if len(initial) == 1 else [states[q] for q in initial]
     long = isinstance(automaton, Automaton) and automaton.n_transitions > LONG and _fit_lines(automaton, states)

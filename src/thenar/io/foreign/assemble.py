@@ -14,7 +14,7 @@ from thenar.model.events import Alphabet
 from thenar.model.extended import Edge, ExtendedAutomaton
 from thenar.model.names import Listed, Numbered
 
-__all__ = ["assembled"]
+__all__ = ["assembled", "columns"]
 
 
 def assembled(
@@ -77,6 +77,20 @@ def assembled(
         Numbered(np.arange(n)) if isinstance(states, int) else Listed(tuple(states)),
         meaning=meaning,
     )
+
+
+def columns(automaton: Automaton | ExtendedAutomaton) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+    """Return the source, the event and the target of each transition, in order.
+
+    >>> lamp = Automaton.from_transitions(["dark -on-> lit -off-> dark"], initial="dark")
+    >>> [column.tolist() for column in columns(lamp)]
+    [[0, 1], [0, 1], [1, 0]]
+    """
+    if isinstance(automaton, Automaton):
+        sources = np.repeat(np.arange(automaton.n_states), np.diff(automaton.offsets))
+        return sources, automaton.events.astype(np.int64), automaton.targets.astype(np.int64)
+    edges = np.array([(e.source, e.event, e.target) for e in automaton.edges], np.int64).reshape(-1, 3)
+    return edges[:, 0], edges[:, 1], edges[:, 2]
 
 
 def _sorted(
