@@ -97,9 +97,9 @@ def test_automata_of_one_name_are_called_after_their_files(tmp_path: Path) -> No
     [
         ({"states": ["a", "b", "c", "d"]}, "names 4 states, the file has 2"),
         ({"events": {"5": {"name": "on"}}}, "has no event '1'"),
-        ({"kind": "robot"}, "no table of names"),
-        ({"events": {"1": {"name": 3, "controllable": "yes"}}}, "no table of names"),
-        ({"states": [1, 2]}, "no table of names"),
+        ({"kind": "robot"}, "kind: input should be 'plant' or 'spec'"),
+        ({"events": {"1": {"name": 3}}}, "events.1.name: input should be a valid string"),
+        ({"states": [1, 2]}, "states.0: input should be a valid string"),
         ({"states": ["a", "a"]}, "two states are called 'a'"),
         ({"events": {"1": {"name": "on"}, "3": {"name": "on"}}}, "duplicate event 'on'"),
         ({"states": []}, "does not name the initial state"),

@@ -13,7 +13,7 @@ from thenar.errors import InputError
 from thenar.io.files import read_bytes, read_stdin
 from thenar.io.formats import FORMATS, Format, format_named, format_of
 from thenar.io.parse import Document, decode, sniff
-from thenar.io.side import with_table
+from thenar.io.side import with_problem_table, with_table
 from thenar.model.automaton import Automaton
 from thenar.model.events import merge
 from thenar.model.expressions import conjunction
@@ -173,9 +173,10 @@ def _whole(file: _File) -> Problem | ExtendedProblem:
     if file.format.name == "cif":  # has files that import others
         from thenar.io import cif
 
-        return cif.loads(file.text, file.source) if file.path is None else cif.load(file.path)
-    problem = file.format.code().loads(file.data, file.source)
-    return problem
+        problem = cif.loads(file.text, file.source) if file.path is None else cif.load(file.path)
+    else:
+        problem = file.format.code().loads(file.data, file.source)
+    return with_problem_table(file.path, problem)
 
 
 def _joined(

@@ -12,10 +12,10 @@ from typing import Literal, TypeAlias, overload
 from thenar.errors import InputError
 from thenar.io.files import atomic_write, check_writable
 from thenar.io.foreign.assemble import assembled, columns
-from thenar.io.foreign.written import Written
+from thenar.io.foreign.written import Names, ProblemNames, Written
 from thenar.io.formats import FORMATS, Format, format_named, format_of
 from thenar.io.layout import as_json, as_toml
-from thenar.io.side import ENDING, table_of
+from thenar.io.side import ENDING, problem_table, table_of
 from thenar.io.tables import tables_of
 from thenar.model.automaton import Automaton
 from thenar.model.events import Alphabet
@@ -122,7 +122,9 @@ def save(model: Model, path: str | os.PathLike[str], format: str | None = None) 
         check_writable(path)
         written = _written(model, chosen, model.alphabet)
         atomic_write(target, written.chunks)
-        return Saved((target,), written.notes)
+        return _beside(
+            target, problem_table(written.names) if isinstance(written.names, ProblemNames) else None, written
+        )
     named = list(_automata(model, chosen))
     if not folder:
         if len(named) > 1:
@@ -140,11 +142,17 @@ def _save_one(
 ) -> Saved:
     written = _written(automaton, format, alphabet)
     atomic_write(target, written.chunks)
+    names = written.names if isinstance(written.names, Names) else None
+    return _beside(target, table_of(automaton, kind, names) if names or kind != "plant" else None, written)
+
+
+def _beside(target: Path, table: str | None, written: Written) -> Saved:
+    """Write the table beside ``target``; without one, remove that of what stood there before."""
     beside = target.with_name(target.name + ENDING)
-    if written.names is None and kind == "plant":
-        beside.unlink(missing_ok=True)  # of what stood here before
+    if table is None:
+        beside.unlink(missing_ok=True)
         return Saved((target,), written.notes)
-    atomic_write(beside, table_of(automaton, kind, written.names))
+    atomic_write(beside, table)
     return Saved((target, beside), written.notes)
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from thenar.model.events import Event
 
-__all__ = ["Names", "Written"]
+__all__ = ["Names", "ProblemNames", "Written"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,6 +24,32 @@ class Names:
 
 
 @dataclass(frozen=True, slots=True)
+class ProblemNames:
+    """What a file of a whole problem calls otherwise, or leaves out: what the file says, then what the model says.
+
+    * ``events`` in the order of the alphabet; ``automata``: label, name, meaning, and the pairs of its states
+    * ``literals``: the values of enumerations
+    """
+
+    name: str
+    description: str
+    events: tuple[tuple[str, Event], ...]
+    automata: tuple[tuple[str, str, str, tuple[tuple[str, str], ...]], ...]
+    variables: tuple[tuple[str, str], ...]
+    literals: tuple[tuple[str, str], ...]
+
+    def says_nothing(self) -> bool:
+        """Return whether the file says all itself."""
+        events = all(label == e.name and e.observable and not e.forcible and not e.meaning for label, e in self.events)
+        automata = all(
+            label == name and not meaning and all(a == b for a, b in states)
+            for label, name, meaning, states in self.automata
+        )
+        pairs = all(a == b for a, b in self.variables + self.literals)
+        return events and automata and pairs and not self.name and not self.description
+
+
+@dataclass(frozen=True, slots=True)
 class Written:
     """A model in another tool's format.
 
@@ -33,5 +59,5 @@ class Written:
     """
 
     chunks: Iterable[str] | Iterable[bytes]
-    names: Names | None = None
+    names: Names | ProblemNames | None = None
     notes: tuple[str, ...] = ()
