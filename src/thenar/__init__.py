@@ -40,10 +40,23 @@ from thenar.synthesis.api import Size, SynthesisResult, synthesize
 
 if TYPE_CHECKING:
     from thenar import library
+    from thenar.explicit.nondeterminism import determinise
+    from thenar.explicit.regular import (
+        concatenation,
+        difference,
+        inverse_project,
+        kleene_star,
+        left_quotient,
+        prefix_closure,
+        quotient,
+        reverse,
+        union,
+    )
+    from thenar.explicit.strings import count_strings, enabled_after, sample
     from thenar.hand.campaign import Campaign, run_campaign
     from thenar.hand.episode import Episode, run_episode
     from thenar.hand.objects import Block
-    from thenar.io import dumps, load, loads, save
+    from thenar.io import Saved, dumps, load, loads, save
     from thenar.model.extended import (
         Condition,
         ExtendedAutomaton,
@@ -104,6 +117,23 @@ _LATER = {
     ),
     **dict.fromkeys(("Status", "Step", "random_trace", "simulate"), "thenar.synthesis.simulate"),
     **dict.fromkeys(("Verdict", "verify"), "thenar.synthesis.verify"),
+    "determinise": "thenar.explicit.nondeterminism",
+    **dict.fromkeys(
+        (
+            "concatenation",
+            "difference",
+            "inverse_project",
+            "kleene_star",
+            "left_quotient",
+            "prefix_closure",
+            "quotient",
+            "reverse",
+            "union",
+        ),
+        "thenar.explicit.regular",
+    ),
+    **dict.fromkeys(("count_strings", "enabled_after", "sample"), "thenar.explicit.strings"),
+    "Saved": "thenar.io",
     "library": "thenar",
 }
 
@@ -137,6 +167,7 @@ __all__ = [
     "Problem",
     "Replay",
     "Run",
+    "Saved",
     "Signal",
     "Size",
     "Skill",
@@ -154,10 +185,15 @@ __all__ = [
     "certificate",
     "closed_loop",
     "complement",
+    "concatenation",
     "condat",
     "coreachable",
+    "count_strings",
+    "determinise",
+    "difference",
     "disables",
     "dumps",
+    "enabled_after",
     "execute",
     "explain",
     "explain_disabled",
@@ -167,11 +203,14 @@ __all__ = [
     "guards",
     "html",
     "invariant",
+    "inverse_project",
     "is_controllable",
     "is_isomorphic",
     "is_nonblocking",
     "is_nonconflicting",
     "is_sublanguage",
+    "kleene_star",
+    "left_quotient",
     "library",
     "lint",
     "load",
@@ -180,13 +219,17 @@ __all__ = [
     "mermaid",
     "minimize",
     "needs",
+    "prefix_closure",
     "project",
+    "quotient",
     "random_trace",
     "reachable",
     "read_log",
     "replay",
+    "reverse",
     "run_campaign",
     "run_episode",
+    "sample",
     "save",
     "selfloop",
     "shortest_trace",
@@ -200,6 +243,7 @@ __all__ = [
     "synthesize_modular",
     "table",
     "trim",
+    "union",
     "verify",
 ]
 

@@ -51,7 +51,7 @@ FORMATS = (
     Format("wmod", "Waters module (Supremica)", (".wmod",), f"{_FOREIGN}.waters"),
     Format("supremica", "Supremica project", (".xml",), f"{_FOREIGN}.supremica", root=rb"SupremicaProject|Automata"),
     Format("faudes", "libFAUDES generator", (".gen",), f"{_FOREIGN}.faudes", one=True),
-    Format("faudes-xml", "libFAUDES generator in XML", (".xml",), f"{_FOREIGN}.faudes_xml", one=True, root=rb"Generator"),
+    Format("faudes-xml", "libFAUDES in XML", (".xml",), f"{_FOREIGN}.faudes_xml", one=True, root=rb"Generator"),
     Format("ides", "IDES model", (".xmd",), f"{_FOREIGN}.ides", one=True),
     Format("desuma", "DESUMA and UMDES", (".fsm",), f"{_FOREIGN}.desuma", one=True),
     Format("dot", "Graphviz DOT", (".dot", ".gv"), f"{_FOREIGN}.dot", one=True),
