@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Iterator, Sequence
-from itertools import chain, count
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
+from thenar._native import kernel
 from thenar.io.foreign.assemble import assembled
 from thenar.model.automaton import Automaton
 from thenar.model.events import Alphabet
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-__all__ = ["arrow_lines", "lines", "quick"]
+__all__ = ["arrow_lines", "lines", "numbered_words", "quick", "spelled"]
 
 _PIECE = 16_384  # transitions that are made text at a time
 
@@ -36,7 +36,7 @@ def quick(table: AutomatonTable, name: str, known: Alphabet) -> Automaton | None
     """Return the automaton that ``table`` describes, if its transitions are one text and nothing is wrong with it.
 
     Each line is ``state -event-> state``, no white space in the states; everything else, mistakes too, is left to the
-    patient reader.  Some two million transitions a second.
+    patient reader.
 
     >>> from thenar.io.schema import AutomatonTable
     >>> text = "off -on-> lit\\nlit -off-> off"
@@ -45,51 +45,56 @@ def quick(table: AutomatonTable, name: str, known: Alphabet) -> Automaton | None
     """
     if not isinstance(table.transitions, str) or isinstance(table.initial, list) or table.nondeterministic:
         return None
-    words = table.transitions.split()
-    n = len(words) // 3
-    if len(words) != 3 * n or table.transitions.count("->") != n:
+    ids, words = numbered_words(table.transitions)
+    n = len(ids) // 3
+    if len(ids) != 3 * n or table.transitions.count("->") != n or len(" ".join(words).split()) != len(words):
+        return None  # the last one: white space beyond ASCII, which the patient reader parts words at too
+    marked, declared = lines(table.marked), lines(table.states) if table.states else []
+    if any(len(set(names)) < len(names) for names in (marked, declared, table.alphabet)):
         return None
-    arrows = words[1::3]
-    del words[1::3]
-    marked, declared = lines(table.marked), lines(table.states) if table.states else None
-    number: dict[str, int] = defaultdict(count().__next__)
-    if declared is None:
-        number[table.initial]  # it comes first
-    else:
-        number = {state: q for q, state in enumerate(declared)}
-    shape = {f"-{e}->": k for k, e in enumerate(known.names)}
-    try:
-        events = np.fromiter(map(shape.__getitem__, arrows), np.int32, n)
-        ends = np.fromiter(map(number.__getitem__, words), np.int64, 2 * n)
-        if table.initial not in number or not all(state in number for state in marked):
-            return None
-        own = np.unique([*np.flatnonzero(np.bincount(events, minlength=len(known))), *map(known.index, table.alphabet)])
-    except KeyError:  # a state or an event that is not known
+    arrows = {f"-{e}->": k for k, e in enumerate(known.names)}
+    event, place = np.full(len(words), -1), np.full(len(words), -1)
+    written = np.flatnonzero(np.bincount(ids[1::3], minlength=len(words)))
+    event[written] = [arrows.get(words[w], -1) for w in written.tolist()]
+    labels = event[ids[1::3]]
+    ends = ids.reshape(-1, 3)[:, ::2].ravel()
+    mentioned = np.flatnonzero(np.bincount(ends, minlength=len(words)))  # in the order in which they first are
+    called = [words[w] for w in mentioned.tolist()]
+    number = {state: q for q, state in enumerate(declared or dict.fromkeys([table.initial, *called]))}
+    place[mentioned] = [number.get(state, -1) for state in called]
+    if (labels < 0).any() or (place[mentioned] < 0).any() or not {table.initial, *marked} <= number.keys():
         return None
-    if (
-        len(set(marked)) < len(marked)
-        or len(number) < len(declared or ())
-        or len(set(table.alphabet)) < len(table.alphabet)
-    ):
+    if not all(event in known for event in table.alphabet):
         return None
+    carried = np.bincount(labels, minlength=len(known)) > 0
+    carried[[known.index(event) for event in table.alphabet]] = True
     mark = np.zeros(len(number), np.bool_)
     mark[[number[state] for state in marked]] = True
-    own = own.astype(np.int64)
-    place = np.zeros(len(known), np.int32)
-    place[own] = np.arange(len(own))
-    states = list(number)
     automaton = assembled(
         name,
-        Alphabet(known[k] for k in own.tolist()),
-        states,
+        Alphabet(event for event, has in zip(known, carried, strict=True) if has),
+        list(number),
         [number[table.initial]],
         mark,
-        ends[::2],
-        place[events],
-        ends[1::2],
+        place[ends[::2]],
+        (np.cumsum(carried) - 1)[labels],
+        place[ends[1::2]],
         meaning=table.says,
     )
     return automaton if isinstance(automaton, Automaton) and automaton.n_transitions == n else None
+
+
+def numbered_words(text: str) -> tuple[NDArray[np.int32], list[str]]:
+    """Return the number of each word of ``text``, and the distinct words in the order in which they are first met.
+
+    >>> ids, words = numbered_words("off -on-> lit\\nlit -off-> off")
+    >>> ids.tolist(), words
+    ([0, 1, 2, 2, 3, 0], ['off', '-on->', 'lit', '-off->'])
+    """
+    data = text.encode()
+    ids, starts, ends = kernel.words(np.frombuffer(data, np.uint8))
+    places = zip(starts.tolist(), ends.tolist(), strict=True)
+    return ids, [text[a:b] for a, b in places] if len(data) == len(text) else [data[a:b].decode() for a, b in places]
 
 
 def arrow_lines(automaton: Automaton, states: Sequence[str]) -> Iterator[str]:
@@ -102,14 +107,19 @@ def arrow_lines(automaton: Automaton, states: Sequence[str]) -> Iterator[str]:
     """
     arrows = [f" -{e}-> " for e in automaton.alphabet.names]
     source = np.repeat(np.arange(automaton.n_states), np.diff(automaton.offsets))
-    for first in range(0, automaton.n_transitions, _PIECE):
-        part = slice(first, first + _PIECE)
-        s, e, t = (column[part].tolist() for column in (source, automaton.events, automaton.targets))
-        words = zip(
-            map(states.__getitem__, s),
-            map(arrows.__getitem__, e),
-            map(states.__getitem__, t),
-            ["\n"] * len(s),
-            strict=True,
-        )
-        yield "".join(chain.from_iterable(words))
+    yield from spelled((states, source), (arrows, automaton.events), ([f"{q}\n" for q in states], automaton.targets))
+
+
+def spelled(*columns: tuple[Sequence[str], NDArray[np.integer[Any]]]) -> Iterator[str]:
+    """Yield, row by row, the words that the numbers in the columns stand for; each column has words of its own.
+
+    >>> list(spelled((["a", "b"], np.array([0, 1])), (["1;", "2;"], np.array([1, 1]))))
+    ['a2;b2;']
+    """
+    words = [np.array([*table, ""], object) for table, _ in columns]
+    rows = len(columns[0][1])
+    for first in range(0, rows, _PIECE):
+        part = np.empty((min(_PIECE, rows - first), len(columns)), object)
+        for k, (_, numbers) in enumerate(columns):
+            part[:, k] = words[k][numbers[first : first + _PIECE]]
+        yield "".join(part.ravel().tolist())

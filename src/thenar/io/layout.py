@@ -13,7 +13,7 @@ __all__ = ["Lines", "Table", "Tables", "Value", "as_json", "as_toml"]
 
 @dataclass(frozen=True, slots=True)
 class Lines:
-    """A text of very many lines, made piece by piece; nothing in it needs to be escaped."""
+    """A text of very many lines, made piece by piece; what stands in a line can be printed."""
 
     pieces: Iterable[str]
 
@@ -89,7 +89,7 @@ def as_json(tables: Tables) -> Iterator[str]:
 
     def written(key: str, value: Value) -> Iterable[str]:
         if isinstance(value, Lines):
-            return _quoted(json.dumps(piece, ensure_ascii=False)[1:-1] for piece in value.pieces)
+            return _quoted(map(_escaped, value.pieces))
         return (_listing(key, value, _json, "", "      "),)
 
     def spread(table: Table) -> Iterator[str]:
@@ -113,6 +113,11 @@ def as_json(tables: Tables) -> Iterator[str]:
         members.append(("conditions", listed(tables.conditions)))
     yield from braces(members, "")
     yield "\n"
+
+
+def _escaped(piece: str) -> str:
+    """Escape what JSON has to, in a text of printable lines; many times quicker than the encoder."""
+    return piece.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
 
 
 def _quoted(pieces: Iterable[str]) -> Iterator[str]:
