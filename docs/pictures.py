@@ -54,7 +54,8 @@ def street() -> thenar.Automaton:
 def toss() -> thenar.Automaton:
     """Return the hand of docs/optimal.md: carry, or toss."""
     return thenar.Automaton.from_transitions(
-        ["held -carry-> above -lower-> placed", "held -toss-> air -lands-> placed", "air -falls-> table -pick_up-> held"],
+        ["held -carry-> above -lower-> placed", "held -toss-> air -lands-> placed",
+         "air -falls-> table -pick_up-> held"],
         initial="held", marked=["placed"], uncontrollable=["lands", "falls"], name="HAND",
     )  # fmt: skip
 
