@@ -54,6 +54,7 @@ if TYPE_CHECKING:
         reverse,
         union,
     )
+    from thenar.explicit.relabel import relabel
     from thenar.explicit.strings import count_strings, enabled_after, sample
     from thenar.explicit.timed import is_activity_loop_free, timed
     from thenar.hand.campaign import Campaign, run_campaign
@@ -139,6 +140,7 @@ _HOMES = {
     "thenar.synthesis.optimal": "optimal_supervisor",
     "thenar.synthesis.simulate": "Status Step random_trace simulate",
     "thenar.synthesis.verify": "Verdict verify",
+    "thenar.explicit.relabel": "relabel",
     "thenar": "library",
 }
 _LATER = {name: home for home, names in _HOMES.items() for name in names.split()}
@@ -247,6 +249,7 @@ __all__ = [
     "random_trace",
     "reachable",
     "read_log",
+    "relabel",
     "replay",
     "reverse",
     "run_campaign",

@@ -22,6 +22,7 @@ class Format:
     * ``endings``: how its files end
     * ``module``: has ``loads`` and ``dumps``; none for our own two, which several files make one model of
     * ``one``: a file holds one automaton, and says nothing of whether it is a plant or a specification
+    * ``named``: a file says what its automaton is called
     * ``numbers``: its events are numbers, so the files of one problem have to agree on them
     * ``root``: for several formats of one ending, what tells this one
     """
@@ -31,6 +32,7 @@ class Format:
     endings: tuple[str, ...]
     module: str = ""
     one: bool = False
+    named: bool = True
     numbers: bool = False
     reads: bool = True
     writes: bool = True
@@ -46,14 +48,14 @@ FORMATS = (
     Format("toml", "thenar TOML", (".toml",)),
     Format("json", "thenar JSON", (".json",)),
     Format("cif", "CIF 3 (Eclipse ESCET)", (".cif",), "thenar.io.cif"),
-    Format("tct", "TCT DES", (".des",), f"{_FOREIGN}.tct", one=True, numbers=True),
+    Format("tct", "TCT DES", (".des",), f"{_FOREIGN}.tct", one=True, named=False, numbers=True),
     Format("ads", "TCT ADS", (".ads",), f"{_FOREIGN}.ads", one=True, numbers=True),
     Format("wmod", "Waters module (Supremica)", (".wmod",), f"{_FOREIGN}.waters"),
     Format("supremica", "Supremica project", (".xml",), f"{_FOREIGN}.supremica", root=rb"SupremicaProject|Automata"),
     Format("faudes", "libFAUDES generator", (".gen",), f"{_FOREIGN}.faudes", one=True),
     Format("faudes-xml", "libFAUDES in XML", (".xml",), f"{_FOREIGN}.faudes_xml", one=True, root=rb"Generator"),
-    Format("ides", "IDES model", (".xmd",), f"{_FOREIGN}.ides", one=True),
-    Format("desuma", "DESUMA and UMDES", (".fsm",), f"{_FOREIGN}.desuma", one=True),
+    Format("ides", "IDES model", (".xmd", ".xws"), f"{_FOREIGN}.ides", one=True, named=False),
+    Format("desuma", "DESUMA and UMDES", (".fsm",), f"{_FOREIGN}.desuma", one=True, named=False),
     Format("dot", "Graphviz DOT", (".dot", ".gv"), f"{_FOREIGN}.dot", one=True),
     Format("mermaid", "Mermaid state diagram", (".mmd", ".mermaid"), f"{_FOREIGN}.mermaid", one=True),
     Format("hoa", "Hanoi omega-automata", (".hoa",), f"{_FOREIGN}.hoa", one=True, reads=False),

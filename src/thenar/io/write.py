@@ -143,7 +143,8 @@ def _save_one(
     written = _written(automaton, format, alphabet)
     atomic_write(target, written.chunks)
     names = written.names if isinstance(written.names, Names) else None
-    return _beside(target, table_of(automaton, kind, names) if names or kind != "plant" else None, written)
+    needed = names or kind != "plant" or not (format.named or automaton.name in ("", target.stem))
+    return _beside(target, table_of(automaton, kind, names) if needed else None, written)
 
 
 def _beside(target: Path, table: str | None, written: Written) -> Saved:
