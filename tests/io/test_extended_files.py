@@ -236,6 +236,7 @@ def test_cif_models_are_written_too(tmp_path: Path) -> None:
         "edge c when n < 3 do n := n + 1, b := not b; edge u when n > 0 do n := n - 1; end requirement p.n < 3;"
     )
     problem = loads(text, "cif")
+    assert isinstance(problem, thenar.ExtendedProblem)
     save(problem, tmp_path / "p.toml")
     again = load(tmp_path / "p.toml")
     assert content(again)[2:] == content(ordered(problem))[2:]

@@ -82,6 +82,31 @@ def test_a_specification_is_named_as_one(tmp_path: Path) -> None:
     assert [a.name for a in problem.specs] == ["ONCE"]
 
 
+def test_a_generator_without_flags_takes_them_from_the_others(tmp_path: Path) -> None:
+    """libFAUDES's specifications are plain generators, and say nothing of control."""
+    lamp = Automaton.from_transitions(
+        ["off -on-> lit -fail-> off"], initial="off", uncontrollable=["fail"], name="LAMP"
+    )
+    save(lamp, tmp_path / "lamp.gen")
+    (tmp_path / "once.gen").write_text(
+        "<Generator> once <TransRel> 1 on 2 </TransRel> <InitStates> 1 </InitStates> </Generator>"
+    )
+    assert not load(tmp_path / "once.gen").alphabet["on"].controllable
+    problem = load(tmp_path / "lamp.gen", specs=tmp_path / "once.gen")
+    assert problem.alphabet == lamp.alphabet
+    assert load(tmp_path / "once.gen", tmp_path / "lamp.gen").alphabet["on"].controllable
+
+
+def test_what_an_automaton_says_stands_in_the_table(tmp_path: Path) -> None:
+    lamp = Automaton.from_transitions(
+        ["off -1-> lit"], initial="off", states=["off", "lit"], name="lamp", meaning="It glows."
+    )
+    for ending in (".DES", ".gen", ".fsm", ".dot", ".mmd", ".xmd"):
+        saved = save(lamp, tmp_path / f"lamp{ending}")
+        assert not saved.notes
+        assert load(tmp_path / f"lamp{ending}").plants[0].meaning == "It glows."
+
+
 def test_automata_of_one_name_are_called_after_their_files(tmp_path: Path) -> None:
     for k in (1, 2):
         machine = Automaton.from_transitions([f"i -s{k}-> w"], initial="i", marked=["i"], name="Generator")

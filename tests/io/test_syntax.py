@@ -145,9 +145,16 @@ def test_deep_nesting_is_refused(opening: str) -> None:
     assert str(caught.value) == "hand.toml: nested too deeply; a model file has 6 levels at most"
 
 
-def test_nesting_that_a_parser_survives_is_an_unknown_key() -> None:
+@pytest.mark.parametrize("text", ["a" + ".a" * 14 + " = 1", '{"a":' * 500 + "1" + "}" * 500])
+def test_nesting_that_a_parser_survives_is_an_unknown_key(text: str) -> None:
     with pytest.raises(ModelError, match=r"^<string>:1: a: unknown key"):
-        loads("a" + ".a" * 2_000 + " = 1")
+        loads(text)
+
+
+def test_a_key_of_many_parts_is_refused_before_it_takes_all_memory() -> None:
+    with pytest.raises(ModelError) as caught:
+        loads('"""a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a"""\n' + "a" + " . 'a'" * 100_000 + " = 1", source="hand.toml")
+    assert str(caught.value) == "hand.toml:2: a key of more than 16 parts; a model file has 6 levels at most"
 
 
 @pytest.mark.parametrize("text", ["a = " + "1" * 5000, '{"a": ' + "1" * 5000 + "}"])

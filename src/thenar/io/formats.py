@@ -23,6 +23,7 @@ class Format:
     * ``module``: has ``loads`` and ``dumps``; none for our own two, which several files make one model of
     * ``one``: a file holds one automaton, and says nothing of whether it is a plant or a specification
     * ``named``: a file says what its automaton is called
+    * ``texts``: a file says what its automaton means
     * ``numbers``: its events are numbers, so the files of one problem have to agree on them
     * ``root``: for several formats of one ending, what tells this one
     """
@@ -33,6 +34,7 @@ class Format:
     module: str = ""
     one: bool = False
     named: bool = True
+    texts: bool = False
     numbers: bool = False
     reads: bool = True
     writes: bool = True
@@ -54,11 +56,11 @@ FORMATS = (
     Format("supremica", "Supremica project", (".xml",), f"{_FOREIGN}.supremica", root=rb"SupremicaProject|Automata"),
     Format("faudes", "libFAUDES generator", (".gen",), f"{_FOREIGN}.faudes", one=True),
     Format("faudes-xml", "libFAUDES in XML", (".xml",), f"{_FOREIGN}.faudes_xml", one=True, root=rb"Generator"),
-    Format("ides", "IDES model", (".xmd", ".xws"), f"{_FOREIGN}.ides", one=True, named=False),
+    Format("ides", "IDES model", (".xmd", ".xws"), f"{_FOREIGN}.ides", one=True, named=False, texts=True),
     Format("desuma", "DESUMA and UMDES", (".fsm",), f"{_FOREIGN}.desuma", one=True, named=False),
-    Format("dot", "Graphviz DOT", (".dot", ".gv"), f"{_FOREIGN}.dot", one=True),
-    Format("mermaid", "Mermaid state diagram", (".mmd", ".mermaid"), f"{_FOREIGN}.mermaid", one=True),
-    Format("hoa", "Hanoi omega-automata", (".hoa",), f"{_FOREIGN}.hoa", one=True, reads=False),
+    Format("dot", "Graphviz DOT", (".dot", ".gv"), f"{_FOREIGN}.dot", one=True, texts=True),
+    Format("mermaid", "Mermaid state diagram", (".mmd", ".mermaid"), f"{_FOREIGN}.mermaid", one=True, texts=True),
+    Format("hoa", "Hanoi omega-automata", (".hoa",), f"{_FOREIGN}.hoa", one=True, texts=True, reads=False),
 )  # fmt: skip
 _HEAD = 4_096  # bytes in which the root of an XML file stands
 _ROOT = re.compile(rb"<(?![?!])\s*([^>]*>?)")

@@ -48,6 +48,15 @@ _JSON_ADVICE = (
     ("Invalid control character", "a line break or control character inside a text; write '\\n' for a line break"),
     ("Invalid \\", "unknown escape in a text; write '\\\\' for a backslash"),
 )  # fmt: skip
+# What stands for more than it says: tomllib's time and memory grow with the square of the parts of a key.
+_PARTS = 16
+_DOTS = re.compile(rf"(?:\.[^.\n]*+){{{_PARTS}}}")  # quickly: is there anything to look at?
+_OPAQUE = re.compile(
+    r'''"""(?:[^"\\]|\\.|"(?!""))*+(?:""")?|"(?:[^"\\\n]|\\.)*+"?|'''
+    r"""'''(?:[^']|'(?!''))*+(?:''')?|'[^'\n]*+'?|\#[^\n]*+""",
+    re.DOTALL,
+)
+_LONG_KEY = re.compile(rf"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){{{_PARTS}}}")
 _SURROGATE = re.compile(r"\\u[dD][89a-fA-F]")
 _TOML_TWICE = ("Cannot overwrite", "Cannot declare", "Cannot mutate", "Duplicate inline table key")
 
@@ -79,6 +88,7 @@ class Document:
         try:
             self.text.encode()
             if self.format == "toml":
+                self._check_keys()
                 return tomllib.loads(self.text)
             data = json.loads(self.text, object_pairs_hook=_object)
             if _SURROGATE.search(self.text):  # two make a character, and one alone makes no text
@@ -116,6 +126,16 @@ class Document:
             in_text = [written.get(path[: k + 1], step) for k, step in enumerate(path)]
             located.add((places.line(in_text), path, what))
         return [Mistake(f"{self.source}:{line}", f"{_words(path)}{what}") for line, path, what in sorted(located)]
+
+    def _check_keys(self) -> None:
+        """Raise ModelError for a key of very many parts."""
+        if not _DOTS.search(self.text):
+            return
+        bare = _OPAQUE.sub(lambda found: "s" + "\n" * found[0].count("\n"), self.text)
+        if long := _LONG_KEY.search(bare):
+            line = bare.count("\n", 0, long.start()) + 1
+            what = f"a key of more than {_PARTS} parts; a model file has {_LEVELS} levels at most"
+            raise ModelError([Mistake(f"{self.source}:{line}", what)])
 
     def _given_twice(self) -> list[Mistake]:
         from thenar.io.locate import Places

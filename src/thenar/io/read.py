@@ -15,7 +15,7 @@ from thenar.io.formats import FORMATS, Format, format_named, format_of
 from thenar.io.parse import Document, decode, sniff
 from thenar.io.side import with_problem_table, with_table
 from thenar.model.automaton import Automaton
-from thenar.model.events import merge
+from thenar.model.events import Alphabet, Event, merge
 from thenar.model.expressions import conjunction
 from thenar.model.problem import Problem
 
@@ -188,6 +188,7 @@ def _joined(
     problems = [piece for _, piece in pieces if not isinstance(piece, _Single)]
     if len(problems) == len(pieces) == 1 and problems[0].name:
         return problems[0]
+    pieces = _with_flags(pieces)
     plants: list[Automaton | ExtendedAutomaton] = []
     specs: list[Automaton | ExtendedAutomaton] = []
     counts = Counter(piece.automaton.name for _, piece in pieces if isinstance(piece, _Single))
@@ -217,3 +218,30 @@ def _joined(
         marked=conjunction(problem.marked for problem in extended),
         **texts,
     )
+
+
+def _with_flags(
+    pieces: Sequence[tuple[_File, Problem | ExtendedProblem | _Single]],
+) -> list[tuple[_File, Problem | ExtendedProblem | _Single]]:
+    """Return ``pieces``; generators of libFAUDES that say nothing of control have the events of the others' alphabets.
+
+    A specification is a plain Generator there, whose events have no flags: a synthesis takes them from the plant.
+    """
+    silent = [file.format.name.startswith("faudes") and _says_nothing(piece) for file, piece in pieces]
+    known: dict[str, Event] = {}
+    for (_, piece), unknown in zip(pieces, silent, strict=True):
+        if not unknown:
+            alphabet = piece.automaton.alphabet if isinstance(piece, _Single) else piece.alphabet
+            known |= {event.name: event for event in alphabet if event.name not in known}
+
+    def told(piece: Problem | ExtendedProblem | _Single) -> Problem | ExtendedProblem | _Single:
+        assert isinstance(piece, _Single)
+        alphabet = Alphabet(known.get(event.name, event) for event in piece.automaton.alphabet)
+        return replace(piece, automaton=replace(piece.automaton, alphabet=alphabet))
+
+    return [(file, told(piece) if unknown else piece) for (file, piece), unknown in zip(pieces, silent, strict=True)]
+
+
+def _says_nothing(piece: Problem | ExtendedProblem | _Single) -> bool:
+    default = ("uncontrollable",)  # libFAUDES's for an event without a flag
+    return isinstance(piece, _Single) and all(event.properties == default for event in piece.automaton.alphabet)

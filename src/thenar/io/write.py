@@ -143,7 +143,8 @@ def _save_one(
     written = _written(automaton, format, alphabet)
     atomic_write(target, written.chunks)
     names = written.names if isinstance(written.names, Names) else None
-    needed = names or kind != "plant" or not (format.named or automaton.name in ("", target.stem))
+    named = format.named or automaton.name in ("", target.stem)
+    needed = names or kind != "plant" or not named or (automaton.meaning and not format.texts)
     return _beside(target, table_of(automaton, kind, names) if needed else None, written)
 
 

@@ -46,7 +46,7 @@ _SKIPPED = re.compile(
 )
 _NOTE = re.compile(r"note\s+(?:(?:right|left)\s+of\s+[^\s:]+\s*(:)?|\"[^\"]*\"\s+(as)\s)", re.IGNORECASE)
 _LINE_END = re.compile(r"<br\s*/?>|\\n")
-_CODE = re.compile(r"#(\d{1,7}|\w{1,31});")
+_CODE = re.compile(r"#(\d{1,7}|\w{1,31});", re.ASCII)
 # what a text may hold as it is; anything else is written as a character code
 _PLAIN = frozenset("_-+*().,'/| ")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from io import BytesIO
@@ -69,8 +70,8 @@ def fail(element: Element, what: str) -> NoReturn:
 def parse(data: bytes, source: str) -> Element:
     """Return the root of the XML document ``data``; ``source`` is what messages call it.
 
-    Raises ModelError with line and column for what is no XML, for a document type with entities, and for elements
-    nested deeper than :data:`MAX_DEPTH`.
+    Raises ModelError with line and column for what is no XML, for a document type with entities or attributes, and for
+    elements nested deeper than :data:`MAX_DEPTH`.
 
     >>> root = parse(b'<model version="2.1"><id>G</id></model>', "g.xmd")
     >>> root.tag, root.get("version"), root.children[0].text
@@ -80,9 +81,10 @@ def parse(data: bytes, source: str) -> Element:
     thenar.errors.ModelError: g.xmd:1:8: no element found
     """
     reader = _Reader(source)
-    # a document type may be named, as libFAUDES does, and is not fetched: external entities are off by default
-    parser = DefusedExpatParser(forbid_dtd=False, forbid_entities=True, forbid_external=False)
+    parser = _Parser(reader)
     parser.setContentHandler(reader)
+    collecting = gc.isenabled()
+    gc.disable()  # it would look at all elements again and again, and there is nothing to collect
     try:
         parser.parse(BytesIO(data))
     except SAXParseException as error:
@@ -93,8 +95,29 @@ def parse(data: bytes, source: str) -> Element:
         raise ModelError([Mistake(f"{source}:{reader.line}:{reader.column}", what)]) from None
     except (LookupError, UnicodeError, ValueError) as error:  # an encoding that Python does not have, or cannot decode
         raise ModelError([Mistake(source, f"cannot be decoded: {error}; save it as UTF-8")]) from None
+    finally:
+        if collecting:
+            gc.enable()
     assert reader.root is not None
     return reader.root
+
+
+class _Parser(DefusedExpatParser):
+    """Refuses what lets a short file stand for a long one."""
+
+    def __init__(self, reader: _Reader) -> None:
+        self._reader = reader
+        # a document type may be named, as libFAUDES does, and is not fetched: external entities are off by default
+        super().__init__(forbid_dtd=False, forbid_entities=True, forbid_external=False)
+
+    def reset(self) -> None:
+        """Begin anew."""
+        super().reset()
+        self._parser.AttlistDeclHandler = self._attributes  # type: ignore[attr-defined]  # the parser beneath
+
+    def _attributes(self, tag: str, attribute: str, *_: object) -> None:
+        what = f"declares the attribute {attribute!r} of every <{tag}>; write it where it belongs"
+        raise ModelError([Mistake(f"{self._reader.source}:{self._reader.line}:{self._reader.column}", what)])
 
 
 class _Reader(ContentHandler):
