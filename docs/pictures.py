@@ -76,6 +76,8 @@ def pictures() -> Iterator[tuple[str, str]]:
     three = glr.problem(fingers=3)
     for name in ("FINGER1", "REFERENCE2"):
         yield f"{name.lower()}-of-three.svg", thenar.svg(three.automaton(name))
+    machine = thenar.library.classics.small_factory().plants[0]
+    yield "machine1.svg", thenar.svg(machine)
     yield "job.svg", thenar.svg(job())
     yield "pedestrian.svg", thenar.svg(street())
     yield "spec4-timed.svg", thenar.svg(glr.slip.spec4())
