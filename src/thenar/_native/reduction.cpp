@@ -6,9 +6,11 @@
 namespace thenar {
 namespace {
 
-constexpr u64 kPasses = 24;            // how many times the work of the first one all passes may take,
-constexpr u64 kFreeWork = u64{1} << 21;  // if that is more than this
-constexpr u64 kMostPasses = 100;
+// Work is counted in steps of some nanoseconds.
+constexpr u64 kCliqueWork = u64{1} << 30;
+constexpr u64 kFreeWork = u64{1} << 25;  // of merging; what takes longer may take
+constexpr u64 kTimes = 16;               // times the first pass
+constexpr u64 kMostPasses = 1000;
 
 // A square matrix of bits.
 class Matrix {
@@ -45,7 +47,7 @@ struct Patterns {
   }
 };
 
-// The pairs of states that no cell of any control cover holds: one enables what the other forbids, or the same string
+// The pairs of states that no cell of any control cover holds, symmetric: one enables what the other forbids, or the same string
 // leads to such a pair.
 Matrix conflicts(const Duties& d, const Patterns& p, Ticker& ticker) {
   const u64 n = static_cast<u64>(d.moves.n_states), m = static_cast<u64>(d.moves.offsets[n]);
@@ -69,56 +71,53 @@ Matrix conflicts(const Duties& d, const Patterns& p, Ticker& ticker) {
       ticker.tick(words, n, m);
     }
   }
-  // Backwards, by way of the transitions into both states of a pair.
-  std::vector<i64> offsets(n + 1);
-  std::vector<u32> source(m), event(m);
-  for (u64 k = 0; k < m; ++k) ++offsets[d.moves.targets[k] + 1];
-  std::partial_sum(offsets.begin(), offsets.end(), offsets.begin());
-  {
-    std::vector<i64> next(offsets.begin(), offsets.end() - 1);
-    std::vector<u64> order(m);
-    std::vector<u32> from(m);
-    for (u64 x = 0; x < n; ++x)
-      for (i64 k = d.moves.offsets[x]; k < d.moves.offsets[x + 1]; ++k) from[k] = static_cast<u32>(x);
-    std::iota(order.begin(), order.end(), 0);
-    std::stable_sort(order.begin(), order.end(), [&](u64 a, u64 b) { return d.moves.events[a] < d.moves.events[b]; });
-    for (const u64 k : order) {
-      const i64 at = next[d.moves.targets[k]]++;
-      source[at] = from[k], event[at] = static_cast<u32>(d.moves.events[k]);
+  // Backwards, row by row: if x and y are apart, then so are those that one event leads to them.
+  const u64 k = d.n_events;
+  std::vector<u32> first(n * k + 1), source(m);  // the sources of the transitions into y by e: from first[y * k + e] on
+  auto slot = [&](i64 edge) { return static_cast<u64>(d.moves.targets[edge]) * k + static_cast<u64>(d.moves.events[edge]); };
+  for (u64 edge = 0; edge < m; ++edge) ++first[slot(static_cast<i64>(edge)) + 1];
+  std::partial_sum(first.begin(), first.end(), first.begin());
+  std::vector<u32> next(first.begin(), first.end() - 1);
+  std::vector<u64> entered(k * words);  // by each event
+  for (u64 x = 0; x < n; ++x)
+    for (i64 edge = d.moves.offsets[x]; edge < d.moves.offsets[x + 1]; ++edge) {
+      source[next[slot(edge)]++] = static_cast<u32>(x);
+      const u64 y = static_cast<u64>(d.moves.targets[edge]);
+      entered[static_cast<u64>(d.moves.events[edge]) * words + y / 64] |= u64{1} << y % 64;
     }
-  }
-  std::vector<std::pair<u32, u32>> stack;
-  auto pull = [&](u32 x, u32 y) {
-    i64 i = offsets[x], j = offsets[y];
-    while (i < offsets[x + 1] && j < offsets[y + 1]) {
-      if (event[i] != event[j]) {
-        ++(event[i] < event[j] ? i : j);
-        continue;
+  Matrix done(n);
+  std::vector<u8> waits(n, 1);
+  std::vector<u32> queue(n), later;
+  std::iota(queue.begin(), queue.end(), 0);
+  std::vector<u64> fresh(words);
+  for (; !queue.empty(); queue.swap(later), later.clear())
+    for (const u32 x : queue) {
+      waits[x] = 0;
+      for (u64 w = 0; w < words; ++w) {
+        fresh[w] = apart.row(x)[w] & ~done.row(x)[w];
+        done.row(x)[w] |= fresh[w];
       }
-      i64 end = j;
-      for (; i < offsets[x + 1] && event[i] == event[j]; ++i)
-        for (end = j; end < offsets[y + 1] && event[end] == event[j]; ++end)
-          if (const u32 a = source[i], b = source[end]; !apart.at(a, b)) {
-            apart.set(a, b), apart.set(b, a);
-            stack.emplace_back(a, b);
-          }
-      ticker.tick(static_cast<u64>(end - j) + 1, n, m);
-      j = end;
-    }
-  };
-  // What is on the stack has a bit already: it is met again here, or has been, but pulling twice adds nothing new.
-  for (u32 x = 0; x < n; ++x)
-    for (u64 w = x / 64; w < words; ++w)
-      for (u64 left = apart.row(x)[w]; left; left &= left - 1) {
-        const u32 y = static_cast<u32>(w * 64 + static_cast<u64>(std::countr_zero(left)));
-        if (y <= x) continue;
-        pull(x, y);
-        while (!stack.empty()) {
-          const auto [a, b] = stack.back();
-          stack.pop_back();
-          pull(a, b);
+      u64 work = words;
+      for (u64 e = 0; e < k; ++e)
+        for (u64 i = first[x * k + e]; i < first[x * k + e + 1]; ++i) {
+          const u32 a = source[i];
+          u64* row = apart.row(a);
+          bool more = false;
+          for (u64 w = 0; w < words; ++w)
+            for (u64 left = fresh[w] & entered[e * words + w]; left; left &= left - 1) {
+              const u64 y = w * 64 + static_cast<u64>(std::countr_zero(left));
+              for (u64 j = first[y * k + e]; j < first[y * k + e + 1]; ++j, ++work) {
+                const u32 b = source[j];
+                const u64 bit = u64{1} << (b & 63);
+                more |= !(row[b >> 6] & bit);
+                row[b >> 6] |= bit;
+              }
+            }
+          work += words;
+          if (more && !waits[a]) waits[a] = 1, later.push_back(a);
         }
-      }
+      ticker.tick(work, n, m);
+    }
   return apart;
 }
 
@@ -132,8 +131,9 @@ std::vector<u32> clique(const Matrix& apart, u64 n, Ticker& ticker) {
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(), [&](u32 x, u32 y) { return degree[x] > degree[y]; });
   std::vector<u64> left(words);
+  u64 work = 0;
   for (const u32 seed : order) {
-    if (degree[seed] < best.size()) break;  // no larger clique holds it, nor any after it
+    if (degree[seed] < best.size() || work > kCliqueWork) break;  // no larger clique holds it, nor any after it
     found.assign(1, seed);
     std::copy(apart.row(seed), apart.row(seed) + words, left.begin());
     for (const u32 x : order) {
@@ -141,6 +141,7 @@ std::vector<u32> clique(const Matrix& apart, u64 n, Ticker& ticker) {
       found.push_back(x);
       for (u64 w = 0; w < words; ++w) left[w] &= apart.row(x)[w];
     }
+    work += n + found.size() * words;
     ticker.tick(n + found.size() * words, n, 0);
     if (found.size() > best.size()) best = found;
   }
@@ -304,7 +305,7 @@ class Partition {
   std::vector<u64> trail_, words_;
 };
 
-// Depth-first, and whatever else the search for a good order starts from.
+// The states in the order of a depth-first search.
 std::vector<u32> depth_first(const Graph& g) {
   const u64 n = static_cast<u64>(g.n_states);
   std::vector<u32> order, stack{0};
@@ -354,32 +355,34 @@ Cells reduce(const Duties& d, Ticker& ticker) {
 
   std::vector<u32> given(n);  // breadth-first: the order of TCT
   std::iota(given.begin(), given.end(), 0);
-  Chance chance;
   Cells best{{}, distinct.size()};
-  u64 fewest = n + 1, work = 0, most = 0;
+  std::vector<u32> best_order;
+  u64 fewest = n + 1, work = 0;
   auto attempt = [&](const std::vector<u32>& order) {
     Partition partition(d, patterns, apart);
     const u64 count = partition.merge_all(order, ticker);
     work += partition.work + n * apart.n_words();
-    if (count < fewest) fewest = count, best.cell = partition.cells();
-    return count;
+    if (count < fewest) best.cell = partition.cells();
+    if (count <= fewest) fewest = count, best_order = order;
   };
   attempt(given);
-  most = std::max(kPasses * work, kFreeWork);
+  const u64 most = std::max(kTimes * work, kFreeWork);
   auto open = [&] { return fewest > best.lower_bound && work < most; };
   if (open()) attempt(beginning_with(distinct, given));
   if (open()) attempt({given.rbegin(), given.rend()});
   if (open()) attempt(depth_first(d.moves));
+  Chance chance;
   for (u64 pass = 0; pass < kMostPasses && open(); ++pass) {
-    std::vector<u32> order(given);
-    if (pass % 2) {  // keep the best cells together, and begin with others of them
+    std::vector<u32> order(best_order);
+    if (pass % 2) {  // keep the best cells together, and take them in another order
       std::vector<u32> rank(fewest);
       std::iota(rank.begin(), rank.end(), 0);
       chance.shuffle(rank);
       std::stable_sort(order.begin(), order.end(),
                        [&](u32 x, u32 y) { return rank[best.cell[x]] < rank[best.cell[y]]; });
-    } else {
-      chance.shuffle(order);
+    } else {  // change places, few or many
+      for (u64 left = 1 + n / (4 + chance.below(200)); left; --left)
+        std::swap(order[chance.below(n)], order[chance.below(n)]);
     }
     attempt(order);
   }
