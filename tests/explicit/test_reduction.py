@@ -321,3 +321,12 @@ def test_limits_and_progress_are_kept() -> None:
         supreduce(problem.plants, supervisor, limits=thenar.Limits(bytes=100_000))
     with pytest.raises(thenar.LimitReached, match="seconds"):
         supreduce(problem.plants, supervisor, limits=thenar.Limits(seconds=0))
+
+
+def test_a_supervisor_too_large_for_the_memory_is_refused_at_once() -> None:
+    n = 200_000
+    ring = Automaton.from_arrays(
+        thenar.Alphabet(["a"]), np.arange(n + 1), np.zeros(n, int), (np.arange(n) + 1) % n, marked=np.arange(n) == 0
+    )
+    with pytest.raises(thenar.LimitReached, match=r"stopped at the limit of 4,294,967,296 bytes: 200,000 states"):
+        supreduce(ring, ring)

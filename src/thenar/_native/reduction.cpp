@@ -6,10 +6,10 @@
 namespace thenar {
 namespace {
 
-// Work is counted in steps of some nanoseconds.
+// Work is counted in steps of some nanoseconds, so that the same input gives the same cells on every machine.
 constexpr u64 kCliqueWork = u64{1} << 30;
-constexpr u64 kFreeWork = u64{1} << 25;  // of merging; what takes longer may take
-constexpr u64 kTimes = 16;               // times the first pass
+constexpr u64 kFreeWork = u64{1} << 25;  // that merging may take in any case; some tenths of a second
+constexpr u64 kTimes = 16;               // the work of the first pass, that all passes may take
 constexpr u64 kMostPasses = 1000;
 
 // A square matrix of bits.
@@ -20,7 +20,6 @@ class Matrix {
   u64* row(u64 x) { return words_.data() + x * n_words_; }
   const u64* row(u64 x) const { return words_.data() + x * n_words_; }
   bool at(u64 x, u64 y) const { return row(x)[y >> 6] >> (y & 63) & 1; }
-  void set(u64 x, u64 y) { row(x)[y >> 6] |= u64{1} << (y & 63); }
 
  private:
   u64 n_words_;
@@ -47,8 +46,8 @@ struct Patterns {
   }
 };
 
-// The pairs of states that no cell of any control cover holds, symmetric: one enables what the other forbids, or the same string
-// leads to such a pair.
+// The pairs of states that no cell of any control cover holds, both ways: one enables what the other forbids, or the
+// same string leads to such a pair.
 Matrix conflicts(const Duties& d, const Patterns& p, Ticker& ticker) {
   const u64 n = static_cast<u64>(d.moves.n_states), m = static_cast<u64>(d.moves.offsets[n]);
   Matrix apart(n);
@@ -74,7 +73,9 @@ Matrix conflicts(const Duties& d, const Patterns& p, Ticker& ticker) {
   // Backwards, row by row: if x and y are apart, then so are those that one event leads to them.
   const u64 k = d.n_events;
   std::vector<u32> first(n * k + 1), source(m);  // the sources of the transitions into y by e: from first[y * k + e] on
-  auto slot = [&](i64 edge) { return static_cast<u64>(d.moves.targets[edge]) * k + static_cast<u64>(d.moves.events[edge]); };
+  auto slot = [&](i64 edge) {
+    return static_cast<u64>(d.moves.targets[edge]) * k + static_cast<u64>(d.moves.events[edge]);
+  };
   for (u64 edge = 0; edge < m; ++edge) ++first[slot(static_cast<i64>(edge)) + 1];
   std::partial_sum(first.begin(), first.end(), first.begin());
   std::vector<u32> next(first.begin(), first.end() - 1);

@@ -20,6 +20,7 @@ from thenar.model.supervisor import Supervisor
 __all__ = ["Reduction", "localize", "supreduce"]
 
 EITHER, MARKED, UNMARKED = 0, 1, 2  # what the closed loop asks of a state
+MOST_BYTES = 4 << 30  # that a reduction takes if its limits do not say; enough for 130 000 states
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -82,9 +83,10 @@ def supreduce(
     goes with one state of the plant, as in what :func:`supcon` returns, it holds for every automaton that controls
     alike.
 
-    Memory n²/4 bytes for n states of the supervisor, time mostly O(n²|Σ|).  Raises InputError if the supervisor
-    would have to disable an uncontrollable event, AlphabetClash if an event has two meanings, LimitReached at a
-    limit.   [Su and Wonham, Discrete Event Dynamic Systems 14(1), 2004; Vaz and Wonham 1986]
+    Memory n²/4 bytes for n states of the supervisor, at most 4 GiB unless ``limits`` allow more; time mostly O(n²|Σ|).
+    Raises InputError if the supervisor would have to disable an uncontrollable event, AlphabetClash if an event has
+    two meanings, LimitReached at a limit.
+    [Su and Wonham, Discrete Event Dynamic Systems 14(1), 2004; Vaz and Wonham, Int. J. Control 44(2), 1986]
 
     >>> from thenar.explicit.control import closed_loop, supcon
     >>> from thenar.library.classics import small_factory
@@ -95,7 +97,7 @@ def supreduce(
     """
     automaton = obeyed(supervisor) if isinstance(supervisor, Supervisor) else supervisor
     plants = as_tuple(plant)
-    tick = ticker(limits, progress)
+    tick = _ticker(limits, progress)
     if automaton.is_empty or any(p.is_empty for p in plants):
         return _nothing(automaton, name or automaton.name)
     return _merged(_Duties.of(plants, automaton, tick), name or automaton.name, tick)
@@ -131,7 +133,7 @@ def localize(
     names = [f"LOC_{p.name}" for p in parts]
     if automaton.is_empty or any(p.is_empty for p in parts):
         return tuple(_nothing(automaton, name) for name in names)
-    tick = ticker(limits, progress)
+    tick = _ticker(limits, progress)
     duties = _Duties.of(parts, automaton, tick)
     alphabet = automaton.alphabet
     owner = np.array([next((k for k, p in enumerate(parts) if e in p.alphabet), -1) for e in alphabet.names], np.int64)
@@ -250,6 +252,12 @@ def _listening(controller: Reduction, own: NDArray[np.bool_]) -> Reduction:
         targets=table[source, heard[event]],
     )
     return replace(controller, automaton=local, disabled=place[controller.disabled].astype(np.int32))
+
+
+def _ticker(limits: Limits | None, progress: Progress | None) -> kernel.Ticker:
+    """Start the clock of one reduction, whose memory grows with the square of its states."""
+    limits = limits or Limits()
+    return ticker(limits if limits.bytes is not None else replace(limits, bytes=MOST_BYTES), progress)
 
 
 def _nothing(supervisor: Automaton, name: str) -> Reduction:
