@@ -218,6 +218,43 @@ def test_sizes_of_the_classics(problem: Problem, states: int, bound: int) -> Non
     assert small.is_smallest
 
 
+LABELS = [thenar.Event(e, controllable=e in "135") for e in "1234568"]
+
+
+def labelled(arrows: list[str], marked: str, name: str = "") -> Automaton:
+    """An automaton over the labels of TCT, in which states start with 0."""
+    return Automaton.from_transitions(arrows, initial="0", marked=list(marked), events=LABELS, name=name)
+
+
+@pytest.mark.parametrize(
+    ("b1", "b2", "others", "whole", "reduced", "slb"),
+    [
+        ("01", "01", True, (25, 32), (11, 21), 10),
+        ("0", "0", False, (6, 7), (3, 7), 3),
+        ("0", "01", True, (13, 14), (7, 14), 7),
+        ("01", "0", True, (11, 12), (6, 12), 6),
+    ],
+)
+def test_sizes_of_a_transfer_line_with_other_markings_are_those_of_tcts_log(
+    b1: str, b2: str, others: bool, whole: tuple[int, int], reduced: tuple[int, int], slb: int
+) -> None:
+    """The log of a TCT session of others: unit buffers, at most two workpieces in a row rejected."""
+    plants = [
+        labelled(["0 -1-> 1 -2-> 0"], "0", "M1"),
+        labelled(["0 -3-> 1 -4-> 0"], "0", "M2"),
+        labelled(["0 -5-> 1 -6,8-> 0"], "0", "TU"),
+    ]
+    specs = [labelled(["0 -2,8-> 1 -3-> 0"], b1, "B1"), labelled(["0 -4-> 1 -5-> 0"], b2, "B2")]
+    if others:
+        specs.append(labelled(["0 -6-> 0 -8-> 1 -6-> 0", "1 -8-> 2"], "012", "DESL"))
+    supervisor = thenar.supcon(plants, specs)
+    assert (supervisor.n_states, supervisor.n_transitions) == whole
+    small = supreduce(plants, supervisor)
+    assert small.n_states <= reduced[0]
+    assert small.lower_bound >= slb
+    assert small.n_states < reduced[0] or small.n_transitions == reduced[1]
+
+
 def test_the_reduced_supervisor_of_the_small_factory_is_that_of_ides() -> None:
     """IDES's SIMSUP, 3 states and 10 transitions, leaves out the two events that never move it."""
     problem = small_factory(2, repair_priority=True)
