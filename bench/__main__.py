@@ -20,6 +20,7 @@ from bench.fingers import fingers
 from bench.formats import formats
 from bench.hand import hand
 from bench.machine import machine
+from bench.reduction import reduction
 from bench.small import small
 
 SECTIONS = {
@@ -28,6 +29,7 @@ SECTIONS = {
     "diagrams": "families far beyond what can be listed",
     "cif": "CIF's benchmark models, each from the file to the guards",
     "fingers": "the grasp-lift-replace task with many fingers",
+    "reduction": "supervisors in few states, beside TCT",
     "formats": "files of a million transitions",
     "small": "small things",
     "hand": "the hand",
@@ -57,9 +59,8 @@ def measure(section: str, console: Console, run: dict[str, Any], quick: bool, mo
         cif(console, rows, quick, models)
     else:
         run[section] = rows
-        {"families": families, "diagrams": symbolic, "fingers": fingers, "formats": formats}[section](
-            console, rows, quick
-        )
+        tables = {"families": families, "diagrams": symbolic, "fingers": fingers, "formats": formats}
+        (tables | {"reduction": reduction})[section](console, rows, quick)
 
 
 def where() -> dict[str, Any]:

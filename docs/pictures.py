@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import thenar
+from thenar.explicit.reduction import supreduce
 from thenar.explicit.regular import concatenation, kleene_star
 from thenar.explicit.timed import timed
-from thenar.library import glr
+from thenar.library import classics, glr
 
 HERE = Path(__file__).parent
 
@@ -83,6 +84,8 @@ def pictures() -> Iterator[tuple[str, str]]:
     yield "spec4-timed.svg", thenar.svg(glr.slip.spec4())
     yield "toss.svg", thenar.svg(toss())
     yield "press.svg", thenar.svg(press())
+    factory = classics.small_factory(2, repair_priority=True)
+    yield "small-factory-reduced.svg", thenar.svg(supreduce(factory.plants, thenar.synthesize(factory).supervisor))
 
 
 if __name__ == "__main__":

@@ -60,6 +60,60 @@ def is_controllable(spec: Automaton, plants: Automata) -> bool:
 
 
 @isolated
+def supreduce(plants: Automata, automaton: Automaton) -> Automaton:
+    """Return libFAUDES's SupReduce, which leaves out events that never move it, and gives no thought to marking."""
+    plants = _several(plants)
+    alphabet = _alphabet([*plants, automaton])
+    plant, supervisor = library().System(), library().System()
+    plant.Assign(lifted(plants, alphabet)), supervisor.Assign(lifted([automaton], alphabet))
+    for e in alphabet:
+        for system in (plant, supervisor):
+            (system.SetControllable if e.controllable else system.ClrControllable)(e.name)
+    result = library().System()
+    library().SupReduce(plant, supervisor, result)
+    plain = library().Generator()
+    plain.Assign(result)
+    return _read(plain, alphabet.restrict(e for e in alphabet.names if plain.ExistsEvent(e)))
+
+
+@isolated
+def infcon(plants: Automata, specs: Automata) -> Automaton:
+    """Return (L(G) ∩ L(E))Σ_uc* ∩ L(G), all states marked, by libFAUDES's concatenation and intersection."""
+    faudes = library()
+    plants, specs = _several(plants), _several(specs)
+    alphabet = _alphabet([*plants, *specs])
+    free, within, extended, result = (faudes.Generator() for _ in range(4))
+    free.InjectAlphabet(event_set(alphabet.names))
+    q = free.InsInitState()
+    free.SetMarkedState(q)
+    for e in alphabet:
+        if not e.controllable:
+            free.SetTransition(q, free.EventIndex(e.name), q)
+    plant, spec = lifted(plants, alphabet), lifted(specs, alphabet)
+    for generator in (plant, spec):
+        generator.InjectMarkedStates(generator.States())
+    faudes.LanguageIntersection(plant, spec, within)
+    faudes.LanguageConcatenate(within, free, extended)
+    faudes.LanguageIntersection(extended, plant, result)
+    faudes.Trim(result)
+    return _read(result, alphabet)
+
+
+@isolated
+def is_relatively_closed(spec: Automaton, plant: Automaton) -> bool:
+    """Return libFAUDES's IsRelativelyClosed, for a ``spec`` within the ``plant``; both trim, over one alphabet."""
+    return bool(library().IsRelativelyClosed(_create(plant), _create(spec)))
+
+
+@isolated
+def sup_relatively_closed(plant: Automaton, spec: Automaton) -> Automaton:
+    """Return libFAUDES's SupRelativelyClosed, for a ``spec`` within the ``plant``; both trim, over one alphabet."""
+    result = library().Generator()
+    library().SupRelativelyClosed(_create(plant), _create(spec), result)
+    return _read(result, spec.alphabet)
+
+
+@isolated
 def is_nonconflicting(*automata: Automaton) -> bool:
     """Return whether libFAUDES finds the parallel composition nonblocking."""
     return bool(library().IsNonblocking(_parallel(automata)))

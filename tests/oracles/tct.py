@@ -106,6 +106,17 @@ def supreduce(plants: Automata, automaton: Automaton) -> Automaton:
 
 
 @isolated
+def localize(plants: Automata, automaton: Automaton) -> list[Automaton]:
+    """Return TCT's local controllers, one for each plant."""
+    plants = _several(plants)
+    with session(*plants, automaton) as tct:
+        parts = [tct.create(a) for a in plants]
+        names = [f"LOC{k}" for k in range(len(parts))]
+        tct.tct.localize(names, tct.plant(plants), tct.legal([automaton]), parts)
+        return [tct.read(name) for name in names]
+
+
+@isolated
 def is_nonconflicting(a: Automaton, b: Automaton) -> bool:
     """Return TCT's nonconflict."""
     with session(a, b) as tct:

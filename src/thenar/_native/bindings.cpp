@@ -13,6 +13,7 @@
 #include "explore.hpp"
 #include "graph.hpp"
 #include "machine.hpp"
+#include "reduction.hpp"
 #include "words.hpp"
 
 namespace nb = nanobind;
@@ -258,6 +259,20 @@ NB_MODULE(kernel, m) {
                               give(std::move(p.marked)), give(std::move(p.member_offsets)), give(std::move(p.members)));
       },
       "offsets"_a, "events"_a, "targets"_a, "n_events"_a, "initial"_a, "marked"_a, "hidden"_a, "ticker"_a);
+  m.def(
+      "reduce",
+      [](In<i64> offsets, In<i32> events, In<i32> targets, i64 n_events, In<i64> disabled_offsets, In<i32> disabled,
+         In<u8> mark, Ticker& ticker) {
+        Cells cells;
+        {
+          nb::gil_scoped_release free;
+          cells = reduce({graph(offsets, events, targets), static_cast<u64>(n_events), disabled_offsets.data(),
+                          disabled.data(), mark.data()},
+                         ticker);
+        }
+        return nb::make_tuple(give(std::move(cells.cell)), cells.lower_bound);
+      },
+      "offsets"_a, "events"_a, "targets"_a, "n_events"_a, "disabled_offsets"_a, "disabled"_a, "mark"_a, "ticker"_a);
   m.def("random_reads", &random_reads, "n_words"_a, "n_reads"_a, "ticker"_a, nb::call_guard<nb::gil_scoped_release>());
   m.def(
       "stream",

@@ -130,6 +130,21 @@ def project(
 ]:
     """Offsets, events, targets, marked; member offsets and members of each subset."""
 
+def reduce(
+    offsets: NDArray[np.int64],
+    events: NDArray[np.int32],
+    targets: NDArray[np.int32],
+    n_events: int,
+    disabled_offsets: NDArray[np.int64],
+    disabled: NDArray[np.int32],
+    mark: NDArray[np.uint8],
+    ticker: Ticker,
+) -> tuple[NDArray[np.int32], int]:
+    """The cell of each state in a small control cover, and how many cells any has at least.
+
+    All states are reachable from the first; ``mark`` is 1 for one that must be marked, 2 for one that must not be.
+    """
+
 def random_reads(n_words: int, n_reads: int, ticker: Ticker) -> float:
     """Independent random reads a second over a table of at least ``n_words`` 8-byte words."""
 

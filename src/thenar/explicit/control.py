@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
+from thenar._native import kernel
 from thenar.errors import InputError
-from thenar.explicit.exploration import Automata, Exploration, as_tuple, common_alphabet, ticker
+from thenar.explicit.exploration import Automata, Exploration, Extract, as_tuple, common_alphabet, ticker
 from thenar.explicit.products import sync
 from thenar.explicit.rows import kept, row_offsets, sources
 from thenar.model.automaton import Automaton
+from thenar.model.events import Alphabet
 from thenar.model.limits import Limits, Progress
 from thenar.model.supervisor import Supervisor
 from thenar.model.trace import Check, Trace
 
-__all__ = ["allows", "closed_loop", "condat", "forbidden", "is_controllable", "obeyed", "supcon"]
+__all__ = ["allows", "closed_loop", "condat", "followed", "forbidden", "is_controllable", "obeyed", "supcon"]
 
 
 def supcon(
@@ -94,13 +96,7 @@ def condat(plant: Automata, supervisor: Automaton) -> Supervisor:
     if supervisor.is_empty or any(a.is_empty for a in plants):
         offsets = np.zeros(supervisor.n_states + 1, np.int64)
         return Supervisor(supervisor, offsets, np.zeros(0, np.int32))
-    tick = ticker()
-    exploration = Exploration(plants, (supervisor,), alphabet, tick)
-    broken = _first_broken(exploration)
-    if broken is not None:
-        trace, event, *_ = broken
-        raise InputError(f"after {trace} the supervisor {supervisor.name!r} disables uncontrollable event {event!r}")
-    loop = exploration.extract("", tick)
+    exploration, loop = followed(plants, supervisor, alphabet, ticker())
     local = exploration.coordinates(loop.origin)[:, -1]
     x = np.repeat(local, np.diff(loop.disabled_offsets))
     own = supervisor.alphabet
@@ -108,6 +104,21 @@ def condat(plant: Automata, supervisor: Automaton) -> Supervisor:
     pairs = np.unique(np.stack([x, in_supervisor[loop.disabled]], axis=1), axis=0)
     offsets = row_offsets(np.bincount(pairs[:, 0], minlength=supervisor.n_states))
     return Supervisor(supervisor, offsets, pairs[:, 1].astype(np.int32))
+
+
+def followed(
+    plants: tuple[Automaton, ...], supervisor: Automaton, alphabet: Alphabet, tick: kernel.Ticker
+) -> tuple[Exploration, Extract]:
+    """Return the closed loop of ``plants`` and ``supervisor``, whose states are the last coordinates; none is empty.
+
+    Raises InputError if the supervisor would have to disable an uncontrollable event.
+    """
+    exploration = Exploration(plants, (supervisor,), alphabet, tick)
+    broken = _first_broken(exploration)
+    if broken is not None:
+        trace, event, *_ = broken
+        raise InputError(f"after {trace} the supervisor {supervisor.name!r} disables uncontrollable event {event!r}")
+    return exploration, exploration.extract("", tick)
 
 
 def closed_loop(
