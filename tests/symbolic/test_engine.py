@@ -16,6 +16,7 @@ from thenar._native import kernel
 from thenar.errors import InputError, LimitReached
 from thenar.explicit import exploration
 from thenar.model.automaton import Automaton
+from thenar.model.expressions import parse
 from thenar.model.limits import Limits, Progress
 from thenar.symbolic import levels
 from thenar.symbolic.encode import Encoding
@@ -63,6 +64,18 @@ def test_an_extended_problem_is_explained_and_certified_by_its_states(tmp_path: 
     certificate = tmp_path / "apart.cert"
     certificate.write_bytes(thenar.certificate(result))
     assert thenar.verify(certificate, statement(result.plain))
+
+
+def test_more_initial_states_than_can_be_listed_end_at_a_limit() -> None:
+    idle = thenar.ExtendedAutomaton.from_edges("IDLE", [("on", "go", "on")], initial="on", marked=["on"])
+    variables = [thenar.Variable(f"v{k}", range(10), initial=range(10)) for k in range(12)]
+    problem = thenar.ExtendedProblem([idle], [], variables=variables)
+    none = thenar.ExtendedProblem([idle], [], variables=variables, initial=parse("v0 + v1 > 99"))
+    with pytest.raises(LimitReached, match="limit of 20,000 states"):
+        thenar.synthesize(problem, "explicit", limits=Limits(states=20_000))
+    with pytest.raises(LimitReached, match="seconds"):
+        thenar.synthesize(none, "explicit", limits=Limits(seconds=1))
+    assert thenar.synthesize(problem, "symbolic").size.states == 10**12
 
 
 @pytest.mark.parametrize("method", METHODS)

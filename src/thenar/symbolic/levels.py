@@ -51,6 +51,8 @@ class Levels:
     def __init__(self, parts: Sequence[Part], tick: kernel.Ticker) -> None:
         self.parts, self.tick = list(parts), tick
         self.number = {p.name: k for k, p in enumerate(self.parts)}
+        self._coded: dict[int, NDArray[np.generic]] = {}
+        self._places: dict[int, dict[int | bool, int]] = {}
 
     def arrange(self, edges: Sequence[Sequence[int]], order: str | Sequence[str], limits: Limits | None) -> None:
         """Put the parts in ``order``; a heuristic keeps those together that are in one of ``edges``."""
@@ -133,6 +135,17 @@ class Levels:
         labels = self.parts[part].labels
         return np.array([labels[q] == state for q in range(len(labels))], np.bool_)
 
+    def _codes(self, part: int) -> NDArray[np.generic]:
+        if part not in self._coded:
+            self._coded[part] = np.array([code(v) for v in self.parts[part].values])
+        return self._coded[part]
+
+    def place(self, part: int) -> dict[int | bool, int]:
+        """Return which value of ``part`` has each code."""
+        if part not in self._places:
+            self._places[part] = {c: k for k, c in enumerate(self._codes(part).tolist())}
+        return self._places[part]
+
     def falling(self, parts: Iterable[int]) -> list[int]:
         """Sort ``parts`` from the top level down."""
         return sorted(parts, key=lambda p: -self.level[p])
@@ -151,13 +164,10 @@ class Levels:
             if isinstance(leaf, Constant):
                 return np.asarray(code(leaf.value))
             part = self.number[leaf.automaton if isinstance(leaf, At) else leaf.name]
-            if isinstance(leaf, At):
-                row: list[int | bool] = (self._at(part, leaf.state)).tolist()
-            else:
-                row = [code(v) for v in self.parts[part].values]
+            row = self._at(part, leaf.state) if isinstance(leaf, At) else self._codes(part)
             shape = [1] * len(parts)
             shape[axis[part]] = len(row)
-            return np.array(row).reshape(shape)
+            return row.reshape(shape)
 
         result: NDArray[np.generic] = np.asarray(evaluate(expression, value))
         return result
