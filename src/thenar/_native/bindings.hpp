@@ -27,9 +27,10 @@ Out<T> give(std::vector<T>&& values) {
 }
 
 // When the interpreter ends, Python unwinds every other thread that asks for the GIL, which C++ does not survive, nor what
-// works for the thread elsewhere. Such a thread waits for the end of the process instead.
+// works for the thread elsewhere; later there is no interpreter to ask. Such a thread waits for the end of the process.
 template <class F>
 void until_python_ends(F f) {
+  while (!Py_IsInitialized()) ::pause();
   try {
     f();
   } catch (const std::exception&) {
