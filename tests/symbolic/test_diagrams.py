@@ -137,6 +137,7 @@ def test_long_operations_can_be_stopped_and_short_ones_are_not() -> None:
     for operation in operations:
         with pytest.raises(thenar.LimitReached, match="seconds"):
             operation()
+    forest.watched_by(kernel.Ticker())
     assert not odd & ~odd
 
 

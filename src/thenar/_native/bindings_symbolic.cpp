@@ -71,18 +71,12 @@ void falling(const Shared& f, const std::vector<u32>& levels) {
 // The union or intersection of many sets, the lowest first, so that each is walked through about once.
 template <class F>
 Node fold(Forest& f, std::vector<Node> nodes, Node start, Ticker& ticker, F combine) {
-  ready(f);
   std::stable_sort(nodes.begin(), nodes.end(), [&](Node a, Node b) { return f.level(a) < f.level(b); });
-  Node all = start;
-  auto work = [&] {
+  return operate(f, ticker, [&] {
+    Node all = start;
     for (Node n : nodes) all = combine(all, n);
-  };
-  // A few literals are not worth a thread.
-  if (start <= kEverything && nodes.size() <= 16 && std::all_of(nodes.begin(), nodes.end(), [&](Node n) { return f.is_literal(n); }))
-    work();
-  else
-    on_deep_stack(f, ticker, work);
-  return all;
+    return all;
+  });
 }
 
 std::vector<Node> nodes_of(const Shared& f, const std::vector<const Set*>& sets) {
@@ -91,6 +85,15 @@ std::vector<Node> nodes_of(const Shared& f, const std::vector<const Set*>& sets)
     nodes.push_back(own(f, *s));
   }
   return nodes;
+}
+
+// A state as Python writes it: the value of each level, the top one first.
+Forest::State state_of(const Shared& f, const In<u32>& values) {
+  require(values.shape(0) == f->n_levels(), "a state has a value for each level");
+  Forest::State state(1, 0);
+  state.insert(state.end(), std::reverse_iterator(values.data() + values.shape(0)), std::reverse_iterator(values.data()));
+  for (u32 level = 1; level <= f->n_levels(); ++level) require(state[level] < f->size(level), "the level has no such value");
+  return state;
 }
 
 nb::object whole_number(const std::vector<u64>& words) {
@@ -184,15 +187,13 @@ void bind_symbolic(nb::module_& m) {
   nb::class_<PySaturation>(m, "Saturation")
       .def("__call__", [](PySaturation& s, const Set& start, const Set& within, Ticker& ticker, std::optional<u64> steps) -> std::optional<Set> {
         const Node first = own(s.forest, start), bound = own(s.forest, within);
-        Node found = kNothing;
-        ready(*s.forest);
-        const StepBudget budget(*s.forest, steps);
+        ready(*s.forest);  // a budget is no business of another thread's work
+        const StepBudget budget(*s.forest, steps.value_or(~u64{0}));
         try {
-          on_deep_stack(*s.forest, ticker, [&] { found = (*s.self)(first, bound); });
+          return Set(s.forest, operate(*s.forest, ticker, [&] { return (*s.self)(first, bound); }));
         } catch (const OutOfSteps&) {
           return {};
         }
-        return Set(s.forest, found);
       }, "start"_a, "within"_a, "ticker"_a, "steps"_a = nb::none());
 
   nb::class_<Forest>(m, "Forest")
@@ -258,13 +259,21 @@ void bind_symbolic(nb::module_& m) {
       .def("image", [](const Shared& f, const Set& set, Relation r) { return Set(f, operate(*f, [&] { return f->image(own(f, set), own(f, r)); })); },
            "set"_a, "relation"_a)
       .def("count_steps", [](const Shared& f, const Set& set, const std::vector<Relation>& relations, Ticker& ticker) {
-        std::vector<u64> words;
-        ready(*f);
         const Node inside = own(f, set);
         own(f, relations);
-        on_deep_stack(*f, ticker, [&] { words = f->count_steps(inside, relations); });
-        return whole_number(words);
+        // steps with long numbers, of which none is kept
+        return whole_number(operate(*f, ticker, [&] { return f->count_steps(inside, relations); }, kShort / 32));
       }, "set"_a, "relations"_a, "ticker"_a)
+      .def("contains", [](const Shared& f, In<u32> state, const std::vector<const Set*>& sets) {
+        const Forest::State values = state_of(f, state);
+        std::vector<u8> found;
+        for (Node n : nodes_of(f, sets)) found.push_back(f->contains(n, values));
+        return give(std::move(found));
+      }, "state"_a, "sets"_a)
+      .def("lead_into", [](const Shared& f, const Set& set, In<u32> state, const std::vector<Relation>& relations) {
+        ready(*f);
+        return give(f->lead_into(own(f, set), state_of(f, state), own(f, relations)));
+      }, "set"_a, "state"_a, "relations"_a)
       .def("steps", [](const Shared& f, const Set& set, const Set& from, Relation r) {
         std::vector<u32> sources, targets;
         const Node whole = own(f, set), part = own(f, from);

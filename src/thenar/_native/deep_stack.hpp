@@ -111,29 +111,40 @@ inline u64 stack_left() {
   return u64{512} << 10;  // the least that threads are given by default
 }
 
+constexpr u64 kShort = 1 << 16;  // steps: a few milliseconds
+
 // Do one operation: where it stands if it is short and the stack deep enough, else on a deep stack. It may be begun twice.
 template <class F>
-auto operate(Forest& f, F operation) {
-  constexpr u64 kShort = 1 << 16;                     // steps: a few milliseconds
+auto operate(Forest& f, Ticker& ticker, F operation, u64 few = kShort) {
   constexpr u64 kPerLevel = 1024, kBeside = 64 << 10;  // bytes of stack
   ready(f);
   if (kPerLevel * f.n_levels() + kBeside < stack_left()) {
-    const StepBudget budget(f, kShort);
     try {
-      return operation();
+      const StepBudget budget(f, few);
+      const u64 before = f.work;
+      auto result = operation();
+      ticker.tick(1 + (f.work - before) * Forest::kCostOfStep, f.n_alive(), f.work);  // many short ones are long, too
+      return result;
     } catch (const OutOfSteps&) {
       f.stack().clear();
     }
+    if (f.work > f.last_step) throw OutOfSteps();
   }
   decltype(operation()) result{};
+  on_deep_stack(f, ticker, [&] { result = operation(); });
+  return result;
+}
+
+// The same for what is given no ticker of its own.
+template <class F>
+auto operate(Forest& f, F operation) {
   Ticker signals({}, [](u64, u64) {
     with_gil([] {
       if (PyErr_CheckSignals()) throw nanobind::python_error();
     });
   });
   const std::shared_ptr<Ticker> watch = f.watch;  // may be given another one meanwhile
-  on_deep_stack(f, watch ? *watch : signals, [&] { result = operation(); });
-  return result;
+  return operate(f, watch ? *watch : signals, operation);
 }
 
 }  // namespace thenar

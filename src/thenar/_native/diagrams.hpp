@@ -5,7 +5,6 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 #include <string>
 #include <unordered_map>
 #include <utility>
@@ -130,6 +129,11 @@ class Forest {
   // How many steps each of `relations` has from `set` to `set`, all together.
   std::vector<u64> count_steps(Node set, const std::vector<Relation>& relations);
   std::vector<u32> support(Node set);
+  // The value of each level, levels rising, level 0 unused.
+  using State = std::vector<u32>;
+  bool contains(Node set, const State& state) const;
+  // Which of `relations` have a step from the state into `set`.
+  std::vector<u8> lead_into(Node set, const State& state, const std::vector<Relation>& relations) const;
   u64 n_nodes(Node set);
   // The vectors of `set` in lexicographic order from the top level, at most `limit` of them: row by row, top first.
   std::vector<u32> vectors(Node set, u64 limit);
@@ -161,13 +165,13 @@ class Forest {
   bool busy = false;              // at work on a thread of its own; guarded by the GIL
   std::vector<Node> dropped_meanwhile;
   u64 left_meanwhile = 0;  // a bit for each family
+  static constexpr u64 kCostOfStep = 8;  // in what a ticker counts
   u64 work = 0, last_step = ~u64{0};
   void tick() {
     if (++work & 255) return;
     if (work > last_step) throw OutOfSteps();
-    if (!ticker) return;
     check_bytes();
-    ticker->tick(2048, n_alive_, work);
+    if (ticker) ticker->tick(256 * kCostOfStep, n_alive_, work);
   }
 
  private:
@@ -183,6 +187,7 @@ class Forest {
   std::vector<Node> bottom_up(Node set);
   struct Walk;
   class StepCounter;
+  struct Way;
   Node replace(Node n, Node old, std::unordered_map<Node, Node>& memo);
   Node cover(Node low, Node high, u64 limit, Product& prefix, std::vector<Product>& out);
 
@@ -213,18 +218,19 @@ class Forest {
   Relation restrict(Relation r, Node before, Memo& memo);
 };
 
-// Gives operations a number of steps as long as it lives.
+// Gives operations a number of steps, or what is left of those they have, as long as it lives.
 class StepBudget {
  public:
-  StepBudget(Forest& forest, std::optional<u64> steps) : forest_(forest) {
-    if (steps && *steps < ~u64{0} - forest.work) forest.last_step = forest.work + *steps;
+  StepBudget(Forest& forest, u64 steps) : forest_(forest), before_(forest.last_step) {
+    if (steps < before_ - forest.work) forest.last_step = forest.work + steps;
   }
-  ~StepBudget() { forest_.last_step = ~u64{0}; }
+  ~StepBudget() { forest_.last_step = before_; }
   StepBudget(const StepBudget&) = delete;
   StepBudget& operator=(const StepBudget&) = delete;
 
  private:
   Forest& forest_;
+  const u64 before_;
 };
 
 // Keeps nodes alive while an operation is at work on them.

@@ -236,6 +236,12 @@ class Forest:
     def count_steps(self, set: Set, relations: Sequence[int], ticker: Ticker) -> int:
         """How many steps the relations have within ``set``, all together and exactly."""
 
+    def contains(self, state: NDArray[np.uint32], sets: Sequence[Set]) -> NDArray[np.uint8]:
+        """Which of ``sets`` have this state in them: the value of each level, the top one first."""
+
+    def lead_into(self, set: Set, state: NDArray[np.uint32], relations: Sequence[int]) -> NDArray[np.uint8]:
+        """Which of ``relations`` have a step from this state into ``set``."""
+
     def steps(self, set: Set, part: Set, relation: int) -> tuple[NDArray[np.uint32], NDArray[np.uint32]]:
         """Sources and targets of the steps from ``part`` (of ``set``) to ``set``, numbered as ``set.vectors`` are."""
 

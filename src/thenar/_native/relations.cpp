@@ -188,6 +188,47 @@ Node Forest::image(Node set, Relation r) {
   return result;
 }
 
+bool Forest::contains(Node set, const State& state) const {
+  while (set > kEverything) set = child(set, level_[set], state[level_[set]]);
+  return set == kEverything;
+}
+
+// From one state into a set: above the topmost level of a relation the way is that of the state itself, and where it
+// comes back to that one below, the end is known.
+struct Forest::Way {
+  const Forest& f;
+  const State& state;
+  std::vector<Node> at;  // where the state itself is on its way down, at each level or the next one below
+
+  Way(const Forest& f, Node set, const State& state) : f(f), state(state), at(f.n_levels() + 1) {
+    for (u32 level = f.n_levels(); level > 0; --level) {
+      at[level] = set;
+      set = f.child(set, level, state[level]);
+    }
+    at[0] = set;
+  }
+  bool leads(Node n, Relation r) const {
+    while (n != kNothing && r != kNever) {
+      if (r == kIdentity && (n == kEverything || at[f.level_[n]] == n)) return n == kEverything || at[0] == kEverything;
+      const u32 moved = f.relation_level(r), level = std::max(f.level_[n], moved);
+      if (moved == level) {
+        for (const Pair* p = f.begin(r); p != f.end(r); ++p)
+          if (p->from == state[level] && leads(f.child(n, level, p->to), p->next)) return true;
+        return false;
+      }
+      n = f.child(n, level, state[level]);
+    }
+    return false;
+  }
+};
+
+std::vector<u8> Forest::lead_into(Node set, const State& state, const std::vector<Relation>& relations) const {
+  const Way way(*this, set, state);
+  std::vector<u8> found;
+  for (Relation r : relations) found.push_back(way.leads(way.at[relation_level(r)], r));
+  return found;
+}
+
 // One way down through a set twice (before and after), a part of it and a relation, counting what lies to the left.
 struct Forest::Walk {
   Forest& f;

@@ -130,10 +130,19 @@ class SymbolicSupervisor:
         """Return what is enabled, and what the plant could do but is disabled, somewhere in ``states``."""
         enabled: list[Event] = []
         disabled: list[Event] = []
-        for e in self.encoding.events:
-            here = states & e.possible
-            if here:
-                (enabled if self.follow(here, e.name) else disabled).append(self.encoding.alphabet[e.name])
+        forest, events = self.encoding.forest, self.encoding.events
+        first = states.vectors(2)
+        if len(first) == len(self.encoding.parts):  # in one state it is enough to look where each event leads
+            possible = forest.contains(first, [e.possible for e in events])
+            leads = forest.lead_into(self.safe, first, [e.relation for e in events])
+        for k, e in enumerate(events):
+            if len(first) == len(self.encoding.parts) and not (e.choice and possible[k]):
+                may, does = possible[k], leads[k]
+            else:
+                here = states & e.possible
+                may, does = bool(here), bool(here and self.follow(here, e.name))
+            if may:
+                (enabled if does else disabled).append(self.encoding.alphabet[e.name])
         return ControlPattern(tuple(enabled), tuple(disabled))
 
     def __repr__(self) -> str:
