@@ -91,11 +91,12 @@ def test_diagrams_at_work_refuse_another_thread_and_can_be_used_after_a_limit() 
         reach(encoding)
     other.join()
     assert said == ["these diagrams are at work in another thread; give each thread its own synthesis"]
+    encoding.at_leisure()
     assert (encoding.initial | encoding.marked).count() > 0
 
 
 def test_what_is_dropped_while_diagrams_are_at_work_is_freed_afterwards() -> None:
-    encoding = Encoding(thenar.library.glr.problem(fingers=12), ticker(thenar.Limits(seconds=1.5)), order="model")
+    encoding = Encoding(thenar.library.glr.problem(fingers=12), kernel.Ticker(), order="model")
     relations = [e.relation for e in encoding.events]
     others = [encoding.forest.saturation(relations) for _ in range(59)]
     found = [run(encoding.initial, encoding.invariant, encoding.tick, 1000) for run in others]
@@ -106,11 +107,13 @@ def test_what_is_dropped_while_diagrams_are_at_work_is_freed_afterwards() -> Non
         while others:
             others.pop()
 
+    encoding.tick = kernel.Ticker(seconds=1.5)
     thread = threading.Thread(target=drop)
     thread.start()
     with pytest.raises(thenar.LimitReached, match="seconds"):
         reach(encoding)
     thread.join()
+    encoding.at_leisure()
     again = [encoding.forest.saturation(relations[:1]) for _ in range(60)]
     assert again[0](encoding.initial, encoding.initial, kernel.Ticker()) == encoding.initial
     with pytest.raises(ValueError, match="more than 60"):

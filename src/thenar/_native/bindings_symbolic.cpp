@@ -187,10 +187,10 @@ void bind_symbolic(nb::module_& m) {
   nb::class_<PySaturation>(m, "Saturation")
       .def("__call__", [](PySaturation& s, const Set& start, const Set& within, Ticker& ticker, std::optional<u64> steps) -> std::optional<Set> {
         const Node first = own(s.forest, start), bound = own(s.forest, within);
-        ready(*s.forest);  // a budget is no business of another thread's work
+        prepare(*s.forest, ticker);
         const StepBudget budget(*s.forest, steps.value_or(~u64{0}));
         try {
-          return Set(s.forest, operate(*s.forest, ticker, [&] { return (*s.self)(first, bound); }));
+          return Set(s.forest, run(*s.forest, ticker, [&] { return (*s.self)(first, bound); }));
         } catch (const OutOfSteps&) {
           return {};
         }

@@ -115,16 +115,12 @@ constexpr u64 kShort = 1 << 16;  // steps: a few milliseconds
 
 // Do one operation: where it stands if it is short and the stack deep enough, else on a deep stack. It may be begun twice.
 template <class F>
-auto operate(Forest& f, Ticker& ticker, F operation, u64 few = kShort) {
+auto run(Forest& f, Ticker& ticker, F operation, u64 few = kShort) {
   constexpr u64 kPerLevel = 1024, kBeside = 64 << 10;  // bytes of stack
-  ready(f);
   if (kPerLevel * f.n_levels() + kBeside < stack_left()) {
     try {
       const StepBudget budget(f, few);
-      const u64 before = f.work;
-      auto result = operation();
-      ticker.tick(1 + (f.work - before) * Forest::kCostOfStep, f.n_alive(), f.work);  // many short ones are long, too
-      return result;
+      return operation();
     } catch (const OutOfSteps&) {
       f.stack().clear();
     }
@@ -133,6 +129,19 @@ auto operate(Forest& f, Ticker& ticker, F operation, u64 few = kShort) {
   decltype(operation()) result{};
   on_deep_stack(f, ticker, [&] { result = operation(); });
   return result;
+}
+
+// Many short operations are long, too: tell the ticker of those done by now. It may call Python, which may do anything,
+// so that only then the forest is made ready.
+inline void prepare(Forest& f, Ticker& ticker) {
+  ticker.tick((f.work - std::exchange(f.told, f.work)) * Forest::kCostOfStep + 1, f.n_alive(), f.work);
+  ready(f);
+}
+
+template <class F>
+auto operate(Forest& f, Ticker& ticker, F operation, u64 few = kShort) {
+  prepare(f, ticker);
+  return run(f, ticker, operation, few);
 }
 
 // The same for what is given no ticker of its own.

@@ -166,7 +166,7 @@ class Forest {
   std::vector<Node> dropped_meanwhile;
   u64 left_meanwhile = 0;  // a bit for each family
   static constexpr u64 kCostOfStep = 8;  // in what a ticker counts
-  u64 work = 0, last_step = ~u64{0};
+  u64 work = 0, told = 0, last_step = ~u64{0};
   void tick() {
     if (++work & 255) return;
     if (work > last_step) throw OutOfSteps();

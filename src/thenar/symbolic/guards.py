@@ -210,15 +210,21 @@ class _Writer:
             first += part.size
             if (level, own) not in self._numbers:
                 self._numbers[level, own] = len(self._written)
-                self._written.append(self._named(part, own))
+                self._written.append(self._named(level, own))
             numbers.append(self._numbers[level, own])
         return self._written[numbers[-1]]
 
-    def _named(self, part: Part, kids: tuple[int, ...]) -> Expression:
+    def _named(self, level: int, kids: tuple[int, ...]) -> Expression:
         by_kid: dict[int, list[int]] = {}
         for value, kid in enumerate(kids):
             by_kid.setdefault(kid, []).append(value)
-        predicate = _any([_all([_literal(part, vs), self._written[kid]]) for kid, vs in by_kid.items() if kid])
+        predicate = _any(
+            [
+                _all([self._literal(level, tuple(values)).positive, self._written[kid]])
+                for kid, values in by_kid.items()
+                if kid
+            ]
+        )
         if _size(predicate) == 1:
             return predicate
         name = f"d{len(self.definitions) + 1}"
@@ -264,7 +270,7 @@ def _join(operator: str, unit: Expression, parts: Sequence[Expression]) -> Expre
     for p in parts:
         if isinstance(p, Operation) and p.operator == operator:
             flat.extend(p.operands)
-        elif p != unit:
+        elif not isinstance(p, Constant) or p != unit:
             flat.append(p)
     return unit if not flat else flat[0] if len(flat) == 1 else Operation(operator, tuple(flat))
 
