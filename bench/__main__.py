@@ -17,6 +17,7 @@ from bench import plots
 from bench.cif import MODELS, cif
 from bench.families import families, symbolic
 from bench.fingers import fingers
+from bench.formats import formats
 from bench.hand import hand
 from bench.machine import machine
 from bench.small import small
@@ -27,6 +28,7 @@ SECTIONS = {
     "diagrams": "families far beyond what can be listed",
     "cif": "CIF's benchmark models, each from the file to the guards",
     "fingers": "the grasp-lift-replace task with many fingers",
+    "formats": "files of a million transitions",
     "small": "small things",
     "hand": "the hand",
 }
@@ -55,7 +57,9 @@ def measure(section: str, console: Console, run: dict[str, Any], quick: bool, mo
         cif(console, rows, quick, models)
     else:
         run[section] = rows
-        {"families": families, "diagrams": symbolic, "fingers": fingers}[section](console, rows, quick)
+        {"families": families, "diagrams": symbolic, "fingers": fingers, "formats": formats}[section](
+            console, rows, quick
+        )
 
 
 def where() -> dict[str, Any]:

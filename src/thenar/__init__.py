@@ -40,10 +40,27 @@ from thenar.synthesis.api import Size, SynthesisResult, synthesize
 
 if TYPE_CHECKING:
     from thenar import library
+    from thenar.explicit.cost import CostToGo, cheapest_trace, cost_to_go
+    from thenar.explicit.forcing import ForcingSupervisor, is_forcibly_controllable, supcon_forcing
+    from thenar.explicit.nondeterminism import determinise
+    from thenar.explicit.regular import (
+        concatenation,
+        difference,
+        inverse_project,
+        kleene_star,
+        left_quotient,
+        prefix_closure,
+        quotient,
+        reverse,
+        union,
+    )
+    from thenar.explicit.relabel import relabel
+    from thenar.explicit.strings import count_strings, enabled_after, sample
+    from thenar.explicit.timed import is_activity_loop_free, timed
     from thenar.hand.campaign import Campaign, run_campaign
     from thenar.hand.episode import Episode, run_episode
     from thenar.hand.objects import Block
-    from thenar.io import dumps, load, loads, save
+    from thenar.io import Saved, dumps, load, loads, save
     from thenar.model.extended import (
         Condition,
         ExtendedAutomaton,
@@ -71,41 +88,62 @@ if TYPE_CHECKING:
         explain_empty,
         explain_removed,
     )
+    from thenar.synthesis.implementation import (
+        fit_for_sampling,
+        has_bounded_response,
+        is_avalanche_free,
+        is_choice_free,
+        is_confluent,
+        is_delay_insensitive,
+        is_interleave_insensitive,
+        is_nonblocking_under_control,
+        longest_burst,
+    )
     from thenar.synthesis.lint import lint
     from thenar.synthesis.modular import ModularResult, synthesize_modular
+    from thenar.synthesis.optimal import optimal_supervisor
     from thenar.synthesis.simulate import Status, Step, random_trace, simulate
     from thenar.synthesis.verify import Verdict, verify
 
 # Imported when first used: import thenar pulls NumPy and the kernel only.
-_LATER = {
-    **dict.fromkeys(
-        ("Condition", "ExtendedAutomaton", "ExtendedProblem", "Variable", "disables", "invariant", "needs"),
-        "thenar.model.extended",
+_HOMES = {
+    "thenar.explicit.cost": "CostToGo cheapest_trace cost_to_go",
+    "thenar.explicit.forcing": "ForcingSupervisor is_forcibly_controllable supcon_forcing",
+    "thenar.explicit.nondeterminism": "determinise",
+    "thenar.explicit.regular": (
+        "concatenation difference inverse_project kleene_star left_quotient prefix_closure quotient reverse union"
     ),
-    **dict.fromkeys(("Guards", "guards", "supervised"), "thenar.symbolic.guards"),
-    "SymbolicSupervisor": "thenar.symbolic.synthesis",
-    **dict.fromkeys(("ModularResult", "synthesize_modular"), "thenar.synthesis.modular"),
-    **dict.fromkeys(("Campaign", "run_campaign"), "thenar.hand.campaign"),
-    **dict.fromkeys(("Episode", "run_episode"), "thenar.hand.episode"),
-    "Block": "thenar.hand.objects",
-    **dict.fromkeys(("Detector", "Driver", "Signal", "Skill"), "thenar.runtime.driver"),
-    "execute": "thenar.runtime.executor",
-    **dict.fromkeys(("Log", "LogWriter", "read_log"), "thenar.runtime.record"),
-    **dict.fromkeys(("Replay", "replay"), "thenar.runtime.replay"),
-    "Run": "thenar.runtime.run",
-    **dict.fromkeys(("dumps", "load", "loads", "save"), "thenar.io"),
-    **dict.fromkeys(("html", "mermaid", "svg", "table"), "thenar.render"),
-    "certificate": "thenar.synthesis.certificate",
-    "fit_to_run": "thenar.synthesis.deploy",
-    "lint": "thenar.synthesis.lint",
-    **dict.fromkeys(
-        ("Explanation", "Violation", "explain", "explain_disabled", "explain_empty", "explain_removed"),
-        "thenar.synthesis.explain",
+    "thenar.explicit.strings": "count_strings enabled_after sample",
+    "thenar.explicit.timed": "is_activity_loop_free timed",
+    "thenar.hand.campaign": "Campaign run_campaign",
+    "thenar.hand.episode": "Episode run_episode",
+    "thenar.hand.objects": "Block",
+    "thenar.io": "Saved dumps load loads save",
+    "thenar.model.extended": "Condition ExtendedAutomaton ExtendedProblem Variable disables invariant needs",
+    "thenar.render": "html mermaid svg table",
+    "thenar.runtime.driver": "Detector Driver Signal Skill",
+    "thenar.runtime.executor": "execute",
+    "thenar.runtime.record": "Log LogWriter read_log",
+    "thenar.runtime.replay": "Replay replay",
+    "thenar.runtime.run": "Run",
+    "thenar.symbolic.guards": "Guards guards supervised",
+    "thenar.symbolic.synthesis": "SymbolicSupervisor",
+    "thenar.synthesis.certificate": "certificate",
+    "thenar.synthesis.deploy": "fit_to_run",
+    "thenar.synthesis.explain": "Explanation Violation explain explain_disabled explain_empty explain_removed",
+    "thenar.synthesis.implementation": (
+        "fit_for_sampling has_bounded_response is_avalanche_free is_choice_free is_confluent is_delay_insensitive "
+        "is_interleave_insensitive is_nonblocking_under_control longest_burst"
     ),
-    **dict.fromkeys(("Status", "Step", "random_trace", "simulate"), "thenar.synthesis.simulate"),
-    **dict.fromkeys(("Verdict", "verify"), "thenar.synthesis.verify"),
-    "library": "thenar",
+    "thenar.synthesis.lint": "lint",
+    "thenar.synthesis.modular": "ModularResult synthesize_modular",
+    "thenar.synthesis.optimal": "optimal_supervisor",
+    "thenar.synthesis.simulate": "Status Step random_trace simulate",
+    "thenar.synthesis.verify": "Verdict verify",
+    "thenar.explicit.relabel": "relabel",
+    "thenar": "library",
 }
+_LATER = {name: home for home, names in _HOMES.items() for name in names.split()}
 
 __all__ = [
     "Alphabet",
@@ -117,6 +155,7 @@ __all__ = [
     "Check",
     "Condition",
     "ControlPattern",
+    "CostToGo",
     "Detector",
     "Driver",
     "Episode",
@@ -125,6 +164,7 @@ __all__ = [
     "ExtendedAutomaton",
     "ExtendedProblem",
     "Fault",
+    "ForcingSupervisor",
     "Guards",
     "InputError",
     "LimitReached",
@@ -137,6 +177,7 @@ __all__ = [
     "Problem",
     "Replay",
     "Run",
+    "Saved",
     "Signal",
     "Size",
     "Skill",
@@ -152,54 +193,84 @@ __all__ = [
     "Verdict",
     "Violation",
     "certificate",
+    "cheapest_trace",
     "closed_loop",
     "complement",
+    "concatenation",
     "condat",
     "coreachable",
+    "cost_to_go",
+    "count_strings",
+    "determinise",
+    "difference",
     "disables",
     "dumps",
+    "enabled_after",
     "execute",
     "explain",
     "explain_disabled",
     "explain_empty",
     "explain_removed",
+    "fit_for_sampling",
     "fit_to_run",
     "guards",
+    "has_bounded_response",
     "html",
     "invariant",
+    "inverse_project",
+    "is_activity_loop_free",
+    "is_avalanche_free",
+    "is_choice_free",
+    "is_confluent",
     "is_controllable",
+    "is_delay_insensitive",
+    "is_forcibly_controllable",
+    "is_interleave_insensitive",
     "is_isomorphic",
     "is_nonblocking",
+    "is_nonblocking_under_control",
     "is_nonconflicting",
     "is_sublanguage",
+    "kleene_star",
+    "left_quotient",
     "library",
     "lint",
     "load",
     "loads",
+    "longest_burst",
     "meet",
     "mermaid",
     "minimize",
     "needs",
+    "optimal_supervisor",
+    "prefix_closure",
     "project",
+    "quotient",
     "random_trace",
     "reachable",
     "read_log",
+    "relabel",
     "replay",
+    "reverse",
     "run_campaign",
     "run_episode",
+    "sample",
     "save",
     "selfloop",
     "shortest_trace",
     "shuffle",
     "simulate",
     "supcon",
+    "supcon_forcing",
     "supervised",
     "svg",
     "sync",
     "synthesize",
     "synthesize_modular",
     "table",
+    "timed",
     "trim",
+    "union",
     "verify",
 ]
 

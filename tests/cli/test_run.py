@@ -68,6 +68,17 @@ def test_the_variant_that_was_run_is_the_one_that_is_replayed(tmp_path: Path) ->
     assert "obj_dropped*" in thenar("replay", "out/log.jsonl", folder=tmp_path).stdout
 
 
+def test_the_timed_variant_forces_on_the_hand_and_in_the_replay(tmp_path: Path) -> None:
+    found = thenar("run", "glr", "--variant", "timed", "--scenario", "heavy", folder=tmp_path)
+    assert "glr(timed), scenario heavy, seed 0: complete" in found.stdout
+    assert "physically  success" in found.stdout
+    told = json.loads(thenar("replay", "out/log.jsonl", "--json", folder=tmp_path).stdout)
+    assert told["accepted_by_plant"]["holds"]
+    assert told["accepted_by_supervisor"]["holds"]
+    assert not told["differences"]
+    assert "tick" in told["trace"]
+
+
 def test_a_log_of_another_supervisor_is_caught(tmp_path: Path) -> None:
     thenar("run", "glr", "--scenario", "misaligned", "--variant", "extended", folder=tmp_path)
     log = tmp_path / "out" / "log.jsonl"
@@ -88,7 +99,7 @@ def test_a_log_of_another_supervisor_is_caught(tmp_path: Path) -> None:
         (["--policy", "shortets"], "unknown policy 'shortets'; did you mean 'shortest'?"),
         (["--policy", "priority(aproach_1)"], "unknown event 'aproach_1'; did you mean 'approach_1'?"),
         (["--variant", "papper"], "unknown variant 'papper'; did you mean 'paper'?"),
-        (["--variant", "timed"], "the timed variant of glr needs timed automata, which thenar does not have yet"),
+        (["--variant", "timde"], "unknown variant 'timde'; did you mean 'timed'?"),
         (["--fault", "silent:incip_slp"], "unknown event with a detector 'incip_slp'; did you mean 'incip_slip*'?"),
         (["--seed", "-1"], "-1 is not in the range x>=0"),
     ],

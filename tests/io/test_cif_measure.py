@@ -110,5 +110,15 @@ def test_a_file_that_is_no_text_or_not_there_is_refused(tmp_path: Path) -> None:
     for name, message in (("x.cif", "not UTF-8"), ("y.cif", "no such file; did you mean 'x.cif'?")):
         with pytest.raises(InputError, match=re.escape(message)):
             thenar.load(tmp_path / name)
-    with pytest.raises(InputError, match="a CIF model is loaded alone"):
-        thenar.load(tmp_path / "x.cif", tmp_path / "x.toml")
+
+
+def test_a_cif_model_and_another_file_are_one_problem(tmp_path: Path) -> None:
+    (tmp_path / "lamp.cif").write_text("controllable on; plant lamp: location: initial; marked; edge on; end")
+    (tmp_path / "rule.toml").write_text(
+        "[events]\non = {}\nrest = {}\n"
+        '[automata.REST]\nkind = "plant"\ninitial = "0"\nmarked = ["0"]\ntransitions = ["0 -rest-> 0"]\n'
+        '[automata.ONCE]\nkind = "spec"\ninitial = "0"\nmarked = ["0", "1"]\ntransitions = ["0 -on-> 1"]\n'
+    )
+    problem = thenar.load(tmp_path / "lamp.cif", tmp_path / "rule.toml")
+    assert [a.name for a in problem.plants] == ["lamp", "REST"]
+    assert thenar.synthesize(problem).size.states == 2

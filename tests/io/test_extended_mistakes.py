@@ -317,7 +317,8 @@ def test_what_has_a_mistake_causes_no_others(cup: Cup, says: Says) -> None:
     )
     says(
         cup('["up"]\ntransitions = [', '["up"]\ntransitions = "neutral"\nnote = """[', '"up -pour-> down",\n]', '"""'),
-        "hand.toml:13: automaton 'CUP', transitions: expected a list, found the text 'neutral'; write [\"neutral\"]",
+        "hand.toml:13: automaton 'CUP', transition 1: cannot read 'neutral' as transitions; write "
+        "'state -event-> state', spaces around the arrow",
     )
     says(
         cup('"stock < 3"', "3", '"up -pour-> down",', '"up -fill-> down", "up -pour-> up",'),

@@ -263,8 +263,8 @@ def test_an_event_is_an_object_in_json(says: Says) -> None:
 
 def test_a_list_is_written_as_one(hand: Hand, says: Says) -> None:
     says(
-        hand('marked = ["neutral"]', 'marked = "neutral"'),
-        "hand.toml:8: automaton 'FINGER1', marked: expected a list, found the text 'neutral'; write [\"neutral\"]",
+        hand('marked = ["neutral"]', 'marked = ["neutral"]\nalphabet = "slip"'),
+        "hand.toml:9: automaton 'FINGER1', alphabet: expected a list, found the text 'slip'; write [\"slip\"]",
     )
 
 

@@ -148,7 +148,7 @@ def test_windows_line_ends_and_byte_order_marks_are_fine(tmp_path: Path) -> None
 
 
 def test_an_unknown_format_is_refused() -> None:
-    with pytest.raises(InputError, match=r"^unknown format 'yaml'; write toml or json$"):
+    with pytest.raises(InputError, match=r"^unknown format 'yaml'$"):
         loads("", "yaml")
     with pytest.raises(InputError, match=r"^unknown format 'tml'; did you mean 'toml'\?$"):
         dumps(loads(MACHINE), "tml")

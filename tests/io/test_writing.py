@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import tomllib
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -120,6 +121,50 @@ def test_a_long_list_stands_one_entry_a_line() -> None:
     assert "states = [\n" + "".join(f'  "{q}",\n' for q in states) + "]\n" in dumps(long)
 
 
+@pytest.mark.parametrize("format", ["toml", "json"])
+def test_very_many_transitions_stand_in_one_text(format: str) -> None:
+    """Parsers are quicker with it; it is read at a stroke, and by the patient reader to the same effect."""
+    n = 2_000
+    ring = Automaton.from_transitions(
+        [(f"q{k * 7 % n}", f"e{k % 3}", f"q{(k + 1) * 7 % n}") for k in range(n)],
+        initial="q0",
+        marked=[f"q{k}" for k in range(1_500)],
+        alphabet=["never"],
+        name="RING",
+    )
+    assert "q7 -e1-> q14\n" in dumps(ring, format).replace("\\n", "\n")
+    assert content(plain(dumps(ring, format), format).plants[0]) == content(ring)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "complaint"),
+    [
+        ("lit -of-> dark", "big.toml:11: automaton 'LAMP', transition 2: unknown event 'of'; did you mean 'off'?"),
+        ("lit off dark", "big.toml:11: automaton 'LAMP', transition 2: cannot read 'lit off dark' as transitions"),
+        ("dark -on-> dark", "big.toml:11: automaton 'LAMP', transition 2: nondeterministic: 'on' leads from 'dark'"),
+    ],
+)
+def test_a_mistake_in_a_long_text_is_found_in_its_line(wrong: str, complaint: str) -> None:
+    file = f"""
+[events]
+on = {{}}
+off = {{}}
+[automata.LAMP]
+kind = "plant"
+initial = "dark"
+marked = "dark"
+transitions = '''
+dark -on-> lit
+{wrong}
+
+lit -off-> dark
+'''
+"""
+    with pytest.raises(InputError) as caught:
+        loads(file, "toml", "big.toml")
+    assert str(caught.value).startswith(complaint)
+
+
 # -- there and back ------------------------------------------------------------------------------------------
 
 # odd on purpose: what TOML, JSON and arrow texts treat in their own way
@@ -187,6 +232,15 @@ def test_reading_what_was_written_gives_the_same_problem(problem: Problem, forma
     assert [(e, e.meaning) for e in again.alphabet] == [(e, e.meaning) for e in problem.alphabet]
     assert [content(a) for a in again.plants] == [content(a) for a in problem.plants]
     assert [content(a) for a in again.specs] == [content(a) for a in problem.specs]
+
+
+@settings(deadline=None)
+@given(problems(), st.sampled_from(["toml", "json"]))
+def test_a_text_of_transitions_says_the_same_as_a_list(problem: Problem, format: str) -> None:
+    with patch("thenar.io.tables.LONG", 0):
+        text = dumps(problem, format)
+    again = plain(text, format)
+    assert list(map(content, again.automata)) == list(map(content, problem.automata))
 
 
 @settings(deadline=None)  # the first example imports the parsers

@@ -270,11 +270,6 @@ def test_an_unknown_variant_is_refused_with_the_nearest() -> None:
         glr.problem("extendd")
 
 
-def test_the_timed_variant_is_yet_to_come() -> None:
-    with pytest.raises(thenar.InputError, match="needs timed automata, which thenar does not have yet"):
-        glr.problem("timed")
-
-
 @pytest.mark.parametrize("text", ["glr(extended)", " glr( extended ) "])
 def test_a_model_text_names_the_variant(text: str) -> None:
     assert library.model(text).name == "glr(extended)"
@@ -285,7 +280,7 @@ def test_a_model_text_names_the_variant(text: str) -> None:
     [
         ("glr(extendd)", r"model 'glr\(extendd\)': unknown variant 'extendd'; did you mean 'extended'\?"),
         ("glr(2)", r"model 'glr\(2\)': unknown variant 2"),
-        ("glr(timed)", "needs timed automata"),
+        ("glr(timed, 3)", "the timed variant of glr has two fingers, not 3"),
         ("glr(extended, 2, 2)", "too many positional arguments"),
         ("dining(five)", "whole number of philosophers, at least 2, not 'five'"),
         ("dining(12345678901)", "no model has that many parts"),

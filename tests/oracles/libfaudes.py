@@ -18,6 +18,7 @@ from tests.oracles.worker import isolate
 
 from thenar.model.automaton import Automaton
 from thenar.model.events import Alphabet
+from thenar.model.extended import ExtendedAutomaton
 
 Automata = Automaton | Iterable[Automaton]
 
@@ -81,11 +82,117 @@ def minimize(automaton: Automaton) -> Automaton:
     return _read(result, automaton.alphabet)
 
 
+@isolated
+def meet(a: Automaton, b: Automaton) -> Automaton:
+    """Return libFAUDES's LanguageIntersection; what only one of them knows never happens."""
+    return _of_two("LanguageIntersection", a, b)
+
+
+@isolated
+def union(a: Automaton, b: Automaton) -> Automaton:
+    """Return libFAUDES's LanguageUnion."""
+    return _of_two("LanguageUnion", a, b)
+
+
+@isolated
+def concatenation(a: Automaton, b: Automaton) -> Automaton:
+    """Return libFAUDES's LanguageConcatenate."""
+    return _of_two("LanguageConcatenate", a, b)
+
+
+@isolated
+def difference(a: Automaton, b: Automaton) -> Automaton:
+    """Return libFAUDES's LanguageDifference."""
+    return _of_two("LanguageDifference", a, b)
+
+
+@isolated
+def is_sublanguage(a: Automaton, b: Automaton) -> bool:
+    """Return libFAUDES's LanguageInclusion, which compares the marked languages only."""
+    return bool(library().LanguageInclusion(_create(a), _create(b)))
+
+
+@isolated
+def kleene_star(automaton: Automaton) -> Automaton:
+    """Return libFAUDES's KleeneClosure."""
+    result = library().Generator()
+    library().KleeneClosure(_create(automaton), result)
+    return _read(result, automaton.alphabet)
+
+
+@isolated
+def prefix_closure(automaton: Automaton) -> Automaton:
+    """Return libFAUDES's PrefixClosure."""
+    generator = _create(automaton)
+    library().PrefixClosure(generator)
+    return _read(generator, automaton.alphabet)
+
+
+@isolated
+def complement(automaton: Automaton) -> Automaton:
+    """Return libFAUDES's LanguageComplement."""
+    result = library().Generator()
+    library().LanguageComplement(_create(automaton), result)
+    return _read(result, automaton.alphabet)
+
+
+@isolated
+def selfloop(automaton: Automaton, events: Alphabet) -> Automaton:
+    """Return libFAUDES's SelfLoop; the events are new."""
+    generator = _create(automaton)
+    library().SelfLoop(generator, event_set(events.names))
+    return _read(generator, automaton.alphabet | events)
+
+
+@isolated
+def inverse_project(automaton: Automaton, events: Alphabet) -> Automaton:
+    """Return libFAUDES's InvProject."""
+    generator, alphabet = _create(automaton), automaton.alphabet | events
+    library().InvProject(generator, event_set(alphabet.names))
+    return _read(generator, alphabet)
+
+
+@isolated
+def determinise(automaton: ExtendedAutomaton, silent: Iterable[str] = ()) -> Automaton:
+    """Return libFAUDES's Deterministic, after its ProjectNonDet if events are ``silent``."""
+    generator, names = library().Generator(), automaton.alphabet.names
+    for e in names:
+        generator.InsEvent(e)
+    index = [generator.EventIndex(e) for e in names]
+    number = [generator.InsState() for _ in automaton.states]
+    for edge in automaton.edges:
+        generator.SetTransition(number[edge.source], index[edge.event], number[edge.target])
+    for q, initial, marked in zip(number, automaton.initial, automaton.marked, strict=True):
+        if initial:
+            generator.SetInitState(q)
+        if marked:
+            generator.SetMarkedState(q)
+    seen = [e for e in names if e not in set(silent)]
+    if len(seen) < len(names):
+        library().ProjectNonDet(generator, event_set(seen))
+    result = library().Generator()
+    library().Deterministic(generator, result)
+    return _read(result, automaton.alphabet.restrict(seen))
+
+
+@isolated
+def answers(questions: Iterable[tuple[Any, ...]]) -> list[Any]:
+    """Return the answers to many questions (function, argument, ...) at once: that is quicker."""
+    return [globals()[function].__wrapped__(*arguments) for function, *arguments in questions]
+
+
 def library() -> Any:
     import faudes
 
     faudes.StateNamesOff()  # names of product states cost more than the product
     return faudes
+
+
+def _of_two(function: str, a: Automaton, b: Automaton) -> Automaton:
+    """Return what libFAUDES makes of two generators, over the union of their alphabets."""
+    result = library().Generator()
+    getattr(library(), function)(_create(a), _create(b), result)
+    return _read(result, _alphabet([a, b]))
 
 
 def _alphabet(automata: Iterable[Automaton]) -> Alphabet:

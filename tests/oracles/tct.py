@@ -17,10 +17,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from functools import reduce
 from operator import or_
+from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 from tests.oracles.worker import isolate
@@ -28,10 +30,13 @@ from tests.oracles.worker import isolate
 from thenar.model.automaton import Automaton
 from thenar.model.events import Alphabet
 from thenar.model.supervisor import Supervisor
+from thenar.model.trace import Trace
 
 Automata = Automaton | Iterable[Automaton]
 
 isolated = isolate("pitct")
+_shared: list[str] = []  # the folder of questions that are asked together
+_MEMORY = Path("/dev/shm")  # TCT answers in files: where there is such a place, they never see a disk
 
 
 @isolated
@@ -143,6 +148,34 @@ def is_isomorphic(a: Automaton, b: Automaton) -> bool:
         return bool(tct.tct.isomorph(tct.create(a), tct.create(b)))
 
 
+@isolated
+def selfloop(automaton: Automaton, events: Alphabet) -> Automaton:
+    """Return TCT's selfloop; the events are new."""
+    with session(automaton, Automaton.empty(events)) as tct:
+        return tct.read(tct.do("selfloop", tct.create(automaton), [tct.labels[e] for e in events.names]))
+
+
+@isolated
+def shortest_trace(automaton: Automaton, state: int) -> Trace | None:
+    """Return pitct's shortest string to a state; pitct has None for the empty string, as for no string."""
+    with session(automaton) as tct:
+        name, number = tct.create(automaton), _numbers(automaton)
+        found = tct.tct.shortest_string(name, 0, number[state], convert=False)
+        event = {label: e for e, label in tct.labels.items()}
+        return None if found is None else Trace(event[int(label)] for label in found)
+
+
+@isolated
+def answers(questions: Iterable[tuple[Any, ...]]) -> list[Any]:
+    """Return the answers to many questions (function, argument, ...) at once, in one folder: that is quicker."""
+    with _folder() as folder:
+        _shared.append(folder)
+        try:
+            return [globals()[function].__wrapped__(*arguments) for function, *arguments in questions]
+        finally:
+            _shared.pop()
+
+
 class _Session:
     """A folder of TCT files over one alphabet."""
 
@@ -220,8 +253,12 @@ class _Session:
 def session(*automata: Automaton, alphabet: Alphabet | None = None) -> Iterator[_Session]:
     """Open a session over the alphabet of all ``automata``, in the order of ``alphabet`` if it is given."""
     union = reduce(or_, (a.alphabet for a in automata), Alphabet())
-    with TemporaryDirectory(prefix="tct") as folder:
+    with nullcontext(_shared[-1]) if _shared else _folder() as folder:
         yield _Session(union if alphabet is None else alphabet.restrict(union.names), folder)
+
+
+def _folder() -> TemporaryDirectory[str]:
+    return TemporaryDirectory(prefix="tct", dir=_MEMORY if _MEMORY.is_dir() else None)
 
 
 def _numbers(automaton: Automaton) -> dict[int, int]:

@@ -13,7 +13,15 @@ from tests.oracles import worker
 
 from thenar.model.automaton import Automaton
 from thenar.model.events import Alphabet, Event
-from thenar.testing import assert_isomorphic, assert_same_languages, assert_same_numbering, oracle, random_problem
+from thenar.model.extended import ExtendedAutomaton
+from thenar.testing import (
+    assert_isomorphic,
+    assert_same_languages,
+    assert_same_numbering,
+    oracle,
+    random_problem,
+    regular_oracle,
+)
 
 AU = Alphabet([Event("a"), Event("u", controllable=False)])
 BUILD = Automaton.from_transitions
@@ -59,6 +67,30 @@ def test_tct_agrees_on_meet_and_isomorphism(tct: ModuleType, a: Automaton, b: Au
     assert_same_numbering(tct.meet(a, b), oracle.meet(a, b))
     if a.alphabet == b.alphabet:  # TCT compares no alphabets
         assert tct.is_isomorphic(a, b) == bool(oracle.isomorphic(a, b))
+
+
+@pytest.mark.parametrize(("a", "b"), PAIRS)
+def test_libfaudes_agrees_on_languages_of_two_automata(libfaudes: ModuleType, a: Automaton, b: Automaton) -> None:
+    assert_same_languages(libfaudes.union(a, b), regular_oracle.union(a, b))
+    assert_same_languages(libfaudes.difference(a, b), regular_oracle.difference(a, b))
+    assert_same_languages(libfaudes.concatenation(a, b), oracle.trim(regular_oracle.concatenation(a, b)))
+    assert_same_languages(libfaudes.meet(a, b), oracle.meet(a, b))
+    assert_same_languages(libfaudes.inverse_project(a, b.alphabet), regular_oracle.inverse_project(a, b.alphabet))
+
+
+@pytest.mark.parametrize("a", [pytest.param(a, id=name) for name, a in CASES.items()])
+def test_libfaudes_agrees_on_languages_of_one_automaton(libfaudes: ModuleType, a: Automaton) -> None:
+    assert_same_languages(libfaudes.prefix_closure(a), regular_oracle.prefix_closure(a))
+    assert_same_languages(libfaudes.determinise(ExtendedAutomaton.from_automaton(a)), a)
+    if not oracle.trim(a).is_empty:  # else libFAUDES has no ε
+        assert_same_languages(libfaudes.kleene_star(a), regular_oracle.kleene_star(a))
+
+
+def test_many_questions_at_once_have_the_answers_of_each(peer: ModuleType) -> None:
+    cases = [a for a in CASES.values() if not a.is_empty]
+    together = peer.answers([("trim", a) for a in cases])
+    for a, answer in zip(cases, together, strict=True):
+        assert_same_numbering(answer, peer.trim(a))
 
 
 @pytest.mark.parametrize("a", [pytest.param(a, id=name) for name, a in CASES.items()])

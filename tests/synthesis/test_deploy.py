@@ -2,21 +2,39 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import replace
+from random import Random
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import thenar
+from thenar.errors import UnknownName
 from thenar.explicit.products import sync
 from thenar.library import model
 from thenar.model.automaton import Automaton
 from thenar.model.problem import Problem
 from thenar.model.supervisor import Supervisor
-from thenar.model.trace import Check
+from thenar.model.trace import Check, Trace
 from thenar.synthesis.api import synthesize
 from thenar.synthesis.deploy import fit_to_run
+from thenar.synthesis.implementation import (
+    fit_for_sampling,
+    has_bounded_response,
+    is_avalanche_free,
+    is_choice_free,
+    is_confluent,
+    is_delay_insensitive,
+    is_interleave_insensitive,
+    is_nonblocking_under_control,
+    longest_burst,
+)
+from thenar.testing import deploy_oracle
+from thenar.testing.graphs import read
+from thenar.testing.random_models import random_alphabet, random_automaton, random_problem
 from thenar.testing.strategies import problems
 
 
@@ -72,7 +90,7 @@ def test_commands_that_follow_each_other_without_end_are_found() -> None:
     supervisor = synthesize(Problem([plant])).supervisor
     assert failed(fit_to_run(supervisor, plant, commands=["a", "b", "unknown"])) == []
     assert failed(fit_to_run(supervisor, plant, commands=["b", "c"])) == [
-        "commands end: no after a, b, c, b: the commands c, b can follow each other without end"
+        "bounded response: no after a, b, c, b: the commands c, b can follow each other without end"
     ]
 
 
@@ -95,3 +113,118 @@ def test_commands_end_exactly_if_no_trace_of_commands_visits_a_state_twice(probl
 
     cyclic = any(q in reach(q) for q in range(S.n_states))
     assert bool(fit_to_run(supervisor, plant, commands)[-1]) == (not cyclic)
+
+
+# -- on a sampled device --------------------------------------------------------------------------------------
+
+Ask = Callable[[Automaton, Iterable[str]], Check]
+Oracle = Callable[[Automaton, Collection[str]], set[int]]
+
+PAIRS: list[tuple[Ask, Oracle]] = [
+    (has_bounded_response, deploy_oracle.endless),
+    (is_confluent, deploy_oracle.not_confluent),
+    (is_nonblocking_under_control, deploy_oracle.blocked),
+    (is_choice_free, deploy_oracle.choice),
+    (is_avalanche_free, deploy_oracle.avalanche),
+    (is_interleave_insensitive, deploy_oracle.simultaneity),
+    (is_delay_insensitive, deploy_oracle.delay),
+]
+
+
+def drawn(seed: int) -> tuple[Automaton, list[str]]:
+    """A small loop, and which of its events are commands: the controllable ones, or any."""
+    rng = Random(seed)
+    loop = random_automaton(rng, random_alphabet(rng, max_events=5), max_states=7)
+    names = [e.name for e in loop.alphabet if e.controllable]
+    return loop, names if seed % 2 else [e for e in loop.alphabet.names if rng.random() < 0.5]
+
+
+@pytest.mark.parametrize(("ask", "oracle"), PAIRS, ids=lambda f: f.__name__)
+def test_each_check_is_its_definition(ask: Ask, oracle: Oracle) -> None:
+    failures = 0
+    for seed in range(1000):
+        loop, commands = drawn(seed)
+        bad, check = oracle(loop, commands), ask(loop, commands)
+        assert bool(check) == (not bad), (seed, str(check))
+        if check.witness is not None:
+            states = loop.run(check.witness)
+            assert len(states) == 1 + len(check.witness), (seed, str(check))
+            depth = min(len(thenar.shortest_trace(loop, q) or ()) for q in bad)
+            assert states[depth] in bad, (seed, str(check))  # a shortest way to where it fails
+        failures += not check
+    assert 25 < failures < 975
+
+
+def test_bursts_are_as_long_as_they_can_be() -> None:
+    for seed in range(1000):
+        loop, commands = drawn(seed)
+        burst = longest_burst(loop, commands)
+        assert (None if burst is None else len(burst)) == deploy_oracle.longest(loop, commands)
+        if burst:
+            traces = read(loop).shortest_traces().values()
+            assert set(burst) <= set(commands)
+            assert any(loop.generates(trace + burst) for trace in traces)
+
+
+def test_without_choice_bursts_are_confluent() -> None:
+    """Newman 1942: what commutes step by step commutes as a whole."""
+    for seed in range(1000):
+        loop, commands = drawn(seed)
+        if is_choice_free(loop, commands):
+            assert is_confluent(loop, commands)
+
+
+def test_no_check_follows_from_the_others() -> None:
+    """But where bursts end differently, or never and yet in rest, there is a choice of which."""
+    failing = set()
+    for seed in range(2000):
+        loop, commands = drawn(seed)
+        failing.add(tuple(ask for ask, _ in PAIRS if not ask(loop, commands)))
+    for ask, _ in PAIRS:
+        with_choice = ask in (has_bounded_response, is_confluent)
+        assert ((ask, is_choice_free) if with_choice else (ask,)) in failing, ask
+
+
+def test_a_sensor_may_toggle_for_ever_but_the_actuator_answers_it_once() -> None:
+    """CIF documentation, bounded response check: the actuator follows the sensor."""
+    events = thenar.Alphabet(
+        [*map(thenar.Event, ("c_on", "c_off")), thenar.Event("u_on", False), thenar.Event("u_off", False)]
+    )
+    loop = Automaton.from_transitions(
+        ["off -u_on-> on -u_off-> off", "on -c_on-> both -u_off-> actuated -u_on-> both", "actuated -c_off-> off"],
+        initial="off", marked=["off"], events=events,
+    )  # fmt: skip
+    bounded = has_bounded_response(loop)
+    assert bounded
+    assert bounded.reason == "at most 1 command without an input in between"
+    assert str(has_bounded_response(loop, ["u_on", "u_off"])) == (
+        "bounded response: no after u_on, u_off: the commands u_on, u_off can follow each other without end"
+    )
+
+
+def test_the_checks_ask_about_languages_and_not_about_states() -> None:
+    for seed in range(300):
+        loop, commands = drawn(seed)
+        for ask, _ in PAIRS:
+            assert str(ask(loop, commands)) == str(ask(thenar.minimize(loop), commands))
+
+
+def test_fit_for_sampling_is_all_checks_on_the_closed_loop() -> None:
+    for seed in range(100):
+        problem = random_problem(Random(seed))
+        supervisor = synthesize(problem).supervisor
+        loop = thenar.closed_loop(problem.plants, supervisor)
+        commands = [e.name for e in loop.alphabet if e.controllable]
+        checks = [str(check) for check in fit_for_sampling(supervisor, problem.plants)]
+        assert checks == [str(ask(loop, commands)) for ask, _ in PAIRS]
+
+
+def test_a_foreign_command_is_refused() -> None:
+    with pytest.raises(UnknownName, match="unknown event 'statr_1'; did you mean 'start_1'"):
+        is_confluent(synthesize(model("small_factory")).supervisor.automaton, ["statr_1"])
+
+
+def test_an_empty_loop_is_fit_for_everything() -> None:
+    nothing = Automaton.empty(thenar.Alphabet(["a"]))
+    assert all(ask(nothing, ["a"]) for ask, _ in PAIRS)
+    assert longest_burst(nothing) == Trace()

@@ -1,7 +1,12 @@
 """What looks wrong is said, once each; what is right is not complained of."""
 
+import json
+
+from click.testing import CliRunner
+
 import thenar
 from thenar import Automaton, ExtendedAutomaton, ExtendedProblem, Problem, Variable
+from thenar.cli.lint import lint as lint_command
 
 
 def said(problem: Problem | ExtendedProblem) -> list[str]:
@@ -22,9 +27,9 @@ def test_states_and_events_that_never_are() -> None:
     assert said(problem) == [
         "problem 'odd': no marked state is ever reached",
         "automaton 'P': never reaches its state 'b', 'lost'",
-        "event 'go': never happens: the specifications forbid it wherever it could",
+        "event 'go': never happens: automaton 'S' has it in its alphabet, but no transition with it",
         "event 'come': never happens: the plants can do it in no state reached",
-        "event 'stuck': never happens: the plants can do it in no state reached",
+        "event 'stuck': never happens: automaton 'P' has it in its alphabet, but no transition with it",
         "event 'nobody': no automaton has it",
     ]
 
@@ -50,3 +55,64 @@ def test_no_initial_state_at_all() -> None:
     cup = ExtendedAutomaton.from_edges("CUP", [("up", "fill", "up")], initial="up", marked=["up"])
     problem = ExtendedProblem([cup], variables=[Variable("n", range(3))], initial="n == 2")
     assert said(problem) == ["problem: no state satisfies the initial conditions of all parts"]
+
+
+def test_an_event_that_the_specifications_forbid_together() -> None:
+    plant = Automaton.from_transitions(["0 -a-> 1 -b-> 0", "1 -c-> 0"], initial="0", marked=["0"], name="P")
+    first = Automaton.from_transitions(["0 -a-> 1 -b-> 0", "0 -c-> 0"], initial="0", marked=["0"], name="S")
+    assert said(Problem(plant, first)) == ["event 'c': never happens: the specifications forbid it wherever it could"]
+
+
+def test_an_automaton_that_marks_nothing() -> None:
+    plant = Automaton.from_transitions(["0 -a-> 1 -b-> 0"], initial="0", name="P")
+    assert said(Problem(plant)) == [
+        "problem: no marked state is ever reached",
+        "automaton 'P': marks none of its states, and so no state of the whole is marked",
+    ]
+
+
+def test_a_specification_that_is_not_trim() -> None:
+    plant = Automaton.from_transitions(["0 -a,b-> 0"], initial="0", marked=["0"], name="P")
+    spec = Automaton.from_transitions(["0 -a-> dead -b-> end"], initial="0", marked=["0"], name="S")
+    wrong = ["automaton 'S': is not trim: from its state 'dead', 'end' it reaches no marked state of its own"]
+    assert said(Problem(plant, spec)) == wrong
+    assert said(ExtendedProblem.of(Problem(plant, spec))) == wrong
+
+
+def test_a_plant_may_have_states_that_it_never_recovers_from() -> None:
+    plant = Automaton.from_transitions(["0 -work-> 0 -break-> wreck"], initial="0", marked=["0"], name="P")
+    assert said(Problem(plant)) == []
+
+
+def test_a_specification_of_an_event_that_no_plant_has() -> None:
+    plant = Automaton.from_transitions(["0 -start-> 1 -finish-> 0"], initial="0", marked=["0"], name="P")
+    spec = Automaton.from_transitions(["0 -start-> 1 -finsh-> 0"], initial="0", marked=["0"], name="S")
+    assert said(Problem(plant, spec)) == [
+        "automaton 'S': speaks of event 'finsh', which no plant has; did you mean 'finish'?"
+    ]
+
+
+def test_alphabets_that_never_meet() -> None:
+    plants = [
+        Automaton.from_transitions([f"0 -start_{k}-> 1 -finish_{k}-> 0"], initial="0", marked=["0"], name=f"P{k}")
+        for k in (1, 2)
+    ]
+    spec = Automaton.from_transitions(["0 -begin-> 1 -start_1-> 0"], initial="0", marked=["0"], name="S1")
+    alone = Automaton.from_transitions(["0 -shift-> 0"], initial="0", marked=["0"], name="S2")
+    assert said(Problem(plants, [spec, alone])) == [
+        "automaton 'P2': shares no event with another automaton",
+        "automaton 'S1': speaks of event 'begin', which no plant has",
+        "automaton 'S2': shares no event with a plant",
+    ]
+
+
+def test_the_command_line_also_looks_at_sampled_devices() -> None:
+    def run(*words: str) -> tuple[int, str]:
+        done = CliRunner().invoke(lint_command, words)
+        return done.exit_code, done.output
+
+    assert run("small_factory") == (0, "nothing looks wrong\n")
+    waits = "no marked state is reached by who waits only where no command is enabled"
+    found = f"sampled device: nonblocking under control: no after ε: {waits}\n"
+    assert run("small_factory", "--sampled") == (1, found)
+    assert json.loads(run("glr", "--sampled", "--json")[1])[1]["where"] == "sampled device"

@@ -13,6 +13,7 @@
 #include "explore.hpp"
 #include "graph.hpp"
 #include "machine.hpp"
+#include "words.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -234,6 +235,17 @@ NB_MODULE(kernel, m) {
         return give(std::move(block));
       },
       "offsets"_a, "events"_a, "targets"_a, "n_events"_a, "marked"_a, "ticker"_a);
+  m.def(
+      "words",
+      [](In<u8> text) {
+        Words words;
+        {
+          nb::gil_scoped_release free;
+          words = words_of(text.data(), static_cast<i64>(text.shape(0)));
+        }
+        return nb::make_tuple(give(std::move(words.ids)), give(std::move(words.starts)), give(std::move(words.ends)));
+      },
+      "text"_a);
   m.def(
       "project",
       [](In<i64> offsets, In<i32> events, In<i32> targets, i64 n_events, i64 initial, In<u8> marked, In<u8> hidden,

@@ -113,6 +113,12 @@ def minimize(
     marked: NDArray[np.uint8],
     ticker: Ticker,
 ) -> NDArray[np.int32]: ...
+def words(text: NDArray[np.uint8]) -> tuple[NDArray[np.int32], NDArray[np.int64], NDArray[np.int64]]:
+    """Return the number of each word of ``text``, and where each distinct word begins and ends first.
+
+    Words are what ASCII white space separates; they are numbered as they are first met.
+    """
+
 def project(
     offsets: NDArray[np.int64],
     events: NDArray[np.int32],

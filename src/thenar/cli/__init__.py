@@ -14,6 +14,7 @@ from io import TextIOWrapper
 import click
 
 from thenar.cli import ask, campaign, look, replay, run, synth
+from thenar.cli.convert import convert, formats
 from thenar.cli.lint import lint
 from thenar.cli.modular import modular
 from thenar.errors import InputError, LimitReached
@@ -26,8 +27,9 @@ __all__ = ["cli", "main"]
 def cli() -> None:
     """Supervisory control of discrete-event systems: synthesise, explain, certify and run.
 
-    MODEL is a model file (.toml, .json or .cif), '-' for standard input, or a library model such as glr, agv or
-    'dining(5)'.  Several models are composed: their plants together, their specifications together.
+    MODEL is a model file (.toml, .json, or another tool's: 'thenar formats' lists them), '-' for standard input, or a
+    library model such as glr, agv or 'dining(5)'.  Several models are composed: their plants together, their
+    specifications together.
 
     Exit codes: 0 yes, or done; 1 no; 2 bad input; 3 a limit was reached; 130 interrupted.
     """
@@ -41,6 +43,8 @@ for command in (
     synth.verify,
     ask.explain,
     ask.simulate,
+    convert,
+    formats,
     look.show,
     look.paper,
     look.doctor,

@@ -36,7 +36,7 @@ BIAS = "* it reads low: when the first elements slip, the middle of the pad stil
 @click.option("--workers", type=click.IntRange(1), metavar="K", help="Processes; default: one for each core.")
 @click.option("--scheduler", metavar="ADDRESS", help="Run on the Dask cluster of this scheduler instead.")
 @click.option("--scenario", default="nominal", show_default=True, metavar="NAME", help="What happens to the block.")
-@click.option("--variant", metavar="V", help="Variant of the task: paper or extended.")
+@click.option("--variant", metavar="V", help="Variant of the task: paper, extended or timed.")
 @click.option("--policy", default="shortest", show_default=True, metavar="P", help="shortest, priority or random.")
 @click.option("--sensors", default="lab", show_default=True, metavar="S", help="Sensor profile: ideal, lab, rough.")
 @click.option("--hand", default="planar", show_default=True, metavar="H", help="The hand.")

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from thenar.model.extended import ExtendedProblem
     from thenar.model.limits import Limits, Progress
     from thenar.model.problem import Problem
+    from thenar.model.supervisor import Supervisor
     from thenar.model.trace import Trace
     from thenar.synthesis.api import SynthesisResult
 
@@ -35,11 +36,30 @@ __all__ = [
     "progress",
     "run_synthesis",
     "say",
+    "supervisor_to_run",
 ]
 
 F = TypeVar("F", bound=Callable[..., Any])
+_SPECS = "thenar.specs"  # where the files of --spec are kept, so that no command has to hand them on
 
-models = click.argument("model", nargs=-1, required=True, metavar="MODEL...")
+
+def models(function: F) -> F:
+    """Add the models, and the files of specifications among them; ``load_any`` reads both."""
+    spec = click.option(
+        "--spec",
+        multiple=True,
+        metavar="FILE",
+        expose_value=False,
+        callback=_keep_specs,
+        help="A file that holds one automaton (.DES, .gen, ...), and that is a specification; else it is a plant.",
+    )
+    return click.argument("model", nargs=-1, required=True, metavar="MODEL...")(spec(function))
+
+
+def _keep_specs(context: click.Context, parameter: click.Parameter, files: tuple[str, ...]) -> None:
+    context.meta[_SPECS] = files
+
+
 as_json = click.option("--json", "json_", is_flag=True, help="Print JSON instead of text.")
 
 
@@ -81,6 +101,10 @@ def load_any(names: tuple[str, ...]) -> Problem | ExtendedProblem:
     from thenar.model.problem import Problem, compose
 
     files = [n for n in names if _is_file(n, library.MODELS)]
+    context = click.get_current_context(silent=True)
+    specs = () if context is None else context.meta.get(_SPECS, ())
+    if specs and not files:
+        raise InputError(f"--spec {specs[0]}: there is no plant in a file; name its file as MODEL")
     problems = []
     for name in names:
         if name not in files:
@@ -93,7 +117,7 @@ def load_any(names: tuple[str, ...]) -> Problem | ExtendedProblem:
                     f"no file and no library model is called {name!r}{near}; library models: {known}"
                 ) from None
         elif name == files[0]:  # files share their events, so they are read together
-            loaded = io.load(*files)
+            loaded = io.load(*files, specs=specs)
             if isinstance(loaded, Problem):
                 problems.append(loaded)
             elif len(names) > len(files):
@@ -105,7 +129,10 @@ def load_any(names: tuple[str, ...]) -> Problem | ExtendedProblem:
 
 def _is_file(name: str, models: Container[str]) -> bool:
     """Tell a file from the name of a library model: it looks like one, or it is there and no model is called so."""
-    looks = name == "-" or "/" in name or name.endswith((".toml", ".json", ".cif"))
+    from thenar.io.formats import FORMATS
+
+    endings = tuple(ending for format in FORMATS for ending in format.endings)
+    looks = name == "-" or "/" in name or name.lower().endswith(endings)
     return looks or (name not in models and os.path.exists(name))
 
 
@@ -154,6 +181,22 @@ def run_synthesis(problem: Problem | ExtendedProblem, bounds: dict[str, Any]) ->
 
     with progress() as show:
         return synthesize(problem, limits=make_limits(**bounds), progress=show)
+
+
+def supervisor_to_run(problem: Problem, bounds: dict[str, Any]) -> tuple[Supervisor, object]:
+    """Return the supervisor of ``problem`` that is executed, and why there is none, if so.
+
+    In a timed problem, one with the event ``tick``, forcible events preempt it.
+    """
+    from thenar.explicit.forcing import supcon_forcing
+    from thenar.explicit.timed import TICK
+
+    if TICK.name not in problem.alphabet:
+        result = run_synthesis(problem, bounds)
+        return result.supervisor, result.reason
+    with progress() as show:
+        supervisor = supcon_forcing(problem.plants, problem.specs, limits=make_limits(**bounds), progress=show)
+    return supervisor, "no supervisor exists, not even one that forces" if supervisor.is_empty else None
 
 
 def print_json(value: object) -> None:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from thenar.cli.common import as_json, limits, load_problem, print_json, run_synthesis, say
+from thenar.cli.common import as_json, limits, load_problem, print_json, say, supervisor_to_run
 from thenar.errors import InputError, UnknownName
 
 if TYPE_CHECKING:
@@ -31,8 +31,8 @@ def replay(log: str, model: tuple[str, ...], json_: bool, **bounds: Any) -> None
 
     recorded = read_log(log)
     problem = load_problem(model) if model else _named(recorded.header, log)
-    result = run_synthesis(problem, bounds)
-    found = step(recorded, result.supervisor, sync(*problem.plants, name="G"))
+    supervisor, _ = supervisor_to_run(problem, bounds)
+    found = step(recorded, supervisor, sync(*problem.plants, name="G"))
     if json_:
         print_json(_plain(found))
     else:

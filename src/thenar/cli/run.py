@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from thenar.cli.common import as_json, load_problem, print_json, run_synthesis, say
+from thenar.cli.common import as_json, load_problem, print_json, say, supervisor_to_run
 from thenar.errors import InputError, counted
 
 if TYPE_CHECKING:
@@ -32,9 +32,13 @@ OnEntry = Callable[[dict[str, Any]], None]
 @click.argument("model", metavar="MODEL")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Draws the block and the noise.")
 @click.option("--scenario", "scenario_", default="nominal", show_default=True, metavar="NAME", help="What happens.")
-@click.option("--variant", metavar="V", help="Variant of the task: paper or extended.")
+@click.option("--variant", metavar="V", help="Variant of the task: paper, extended or timed.")
 @click.option(
-    "--policy", default="shortest", show_default=True, metavar="P", help="shortest, priority, random, operator."
+    "--policy",
+    default="shortest",
+    show_default=True,
+    metavar="P",
+    help="shortest, cheapest, priority, random, operator.",
 )
 @click.option("--sensors", default="lab", show_default=True, metavar="S", help="Sensor profile: ideal, lab, rough.")
 @click.option("--hand", default="planar", show_default=True, metavar="H", help="The hand: planar or panda.")
@@ -208,18 +212,18 @@ def fit_loop(problem: Problem) -> tuple[Supervisor, Automaton]:
     from thenar.hand.skills import SKILLS
     from thenar.synthesis.deploy import fit_to_run
 
-    result = run_synthesis(problem, {"max_states": None, "max_seconds": None, "max_bytes": None})
-    if not result:
-        say(f"{problem}\n{result.reason}")
+    supervisor, reason = supervisor_to_run(problem, {"max_states": None, "max_seconds": None, "max_bytes": None})
+    if supervisor.is_empty:
+        say(f"{problem}\n{reason}")
         raise click.exceptions.Exit(1)
     commands = [event for event, skill in SKILLS.items() if skill.plan.commit == "command"]
     plant = sync(*problem.plants, name="G")
-    failed = [c for c in fit_to_run(result.supervisor, plant, commands) if not c]
+    failed = [c for c in fit_to_run(supervisor, plant, commands) if not c]
     if failed:
         for check in failed:
             say(f"not fit to be executed: {check}")
         raise click.exceptions.Exit(1)
-    return result.supervisor, plant
+    return supervisor, plant
 
 
 @contextmanager

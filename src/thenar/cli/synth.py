@@ -24,7 +24,7 @@ PROPERTIES = ("controllable", "nonblocking", "nonconflicting", "solvable")
 @click.command()
 @models
 @click.option(
-    "-o", "--output", metavar="OUT", help="Write the supervisor to OUT (.toml or .json), state by state; see --guards."
+    "-o", "--output", metavar="OUT", help="Write the supervisor to OUT (.toml, .DES ...), state by state; see --guards."
 )
 @click.option(
     "--engine", default="auto", show_default=True, metavar="E", help="Engine to use: auto, explicit or symbolic."
@@ -64,14 +64,13 @@ def synth(
     with progress() as show:
         chosen = "symbolic" if guards_ else engine
         result = synthesize(problem, chosen, order=order, limits=make_limits(**bounds), progress=show)
-        files: dict[str, str | bytes] = {}  # all made before the first is written
-        if certificate_ is not None:
-            files[certificate_] = certificate(result)
+        proof = None if certificate_ is None else certificate(result)  # made before the first file is written
         if output is not None and result:
-            found = supervised_system(result) if guards_ else listed_supervisor(result, output)
-            files[output] = io.dumps(found, io.format_by_ending(output))
-    for path, content in files.items():
-        io.atomic_write(path, content)
+            saved = io.save(supervised_system(result) if guards_ else listed_supervisor(result, output), output)
+            for note in saved.notes:
+                say(f"note: {note}")
+        if certificate_ is not None and proof is not None:
+            io.atomic_write(certificate_, proof)
     written = [
         (what, path)
         for what, path in (
@@ -101,7 +100,7 @@ def _check_outputs(model: tuple[str, ...], output: str | None, certificate_: str
             raise InputError(f"{path}: would overwrite {taken[place]}; give it another name")
         taken[place] = "the other output"
     if output is not None:
-        io.format_by_ending(output)
+        io.format_of(output)
 
 
 def _report(

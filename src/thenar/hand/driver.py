@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from thenar.explicit.timed import TICK
 from thenar.hand.hand import Hand
 from thenar.hand.scenarios import Disturbance
 from thenar.hand.sensing import SensorModel, check_finite
@@ -14,7 +15,9 @@ from thenar.hand.skills import SKILLS
 from thenar.hand.world import CHANNELS, PERIOD_S, World
 from thenar.runtime.driver import Detector, Signal, Skill
 
-__all__ = ["COMMANDS", "HandDriver"]
+__all__ = ["COMMANDS", "TICK_S", "HandDriver"]
+
+TICK_S = 2.0  # s without an event that a clock counts as one; an increase of the grip takes 1.4 s at most
 
 COMMANDS = ("grip_command", "lift_command_1", "lift_command_2", "slip_fraction")
 
@@ -29,7 +32,11 @@ class HandDriver:
 
     def __init__(self, world: World, sensors: SensorModel, hand: Hand, disturb: Disturbance | None = None) -> None:
         self.skills: Mapping[str, Skill] = {event: skill.plan for event, skill in SKILLS.items()}
-        self.detectors: Mapping[str, Detector] = {event: d.plan for event, d in hand.detectors.items()}
+        clock = Detector(TICK.name, odds=0.0, expected_s=TICK_S, limit_s=2 * TICK_S)
+        self.detectors: Mapping[str, Detector] = {
+            clock.event: clock,
+            **{event: d.plan for event, d in hand.detectors.items()},
+        }
         self.world, self.hand, self._sensors, self._disturb = world, hand, sensors, disturb
         self._rows = np.empty((4096, len(CHANNELS) + len(COMMANDS)))
 

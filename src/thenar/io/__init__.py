@@ -5,11 +5,23 @@ from __future__ import annotations
 from typing import Any
 
 from thenar.io.files import atomic_write, check_writable
-from thenar.io.parse import format_by_ending
+from thenar.io.formats import FORMATS, format_named, format_of
 from thenar.io.read import load, loads
-from thenar.io.write import dumps, save
+from thenar.io.write import Saved, dumps, save
 
-__all__ = ["atomic_write", "check_writable", "dumps", "format_by_ending", "json_schema", "load", "loads", "save"]
+__all__ = [
+    "FORMATS",
+    "Saved",
+    "atomic_write",
+    "check_writable",
+    "dumps",
+    "format_named",
+    "format_of",
+    "json_schema",
+    "load",
+    "loads",
+    "save",
+]
 
 
 def json_schema() -> dict[str, Any]:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
+from thenar.io.block import lines, quick
 from thenar.io.schema import AutomatonTable, TransitionTable
 from thenar.model.build import Complaint, Parts, Unknown, check_parts
 from thenar.model.events import Alphabet
@@ -27,14 +28,20 @@ class Actions:
 
 
 class Written(Parts):
-    """What an author wrote about one automaton: its arrows read, its guards and updates still texts."""
+    """What an author wrote about one automaton: its arrows read, its guards and updates still texts.
 
-    def __init__(self, table: AutomatonTable) -> None:
+    ``quick`` is the automaton itself, if it is a long list of transitions without a mistake.
+    """
+
+    def __init__(self, table: AutomatonTable, name: str, known: Alphabet) -> None:
         self.table = table
         self.starts = table.initial if isinstance(table.initial, list) else [table.initial]
-        self.guarded = {k: t for k, t in enumerate(table.transitions) if isinstance(t, TransitionTable)}
-        arrows = [t.arrow if isinstance(t, TransitionTable) else t for t in table.transitions]
-        super().__init__(arrows, self.starts[0], table.marked, table.alphabet, table.states or None)
+        self.quick = quick(table, name, known)
+        self.entries = [] if self.quick else lines(table.transitions)
+        self.guarded = {k: t for k, t in enumerate(self.entries) if isinstance(t, TransitionTable)}
+        arrows = [t.arrow if isinstance(t, TransitionTable) else t for t in self.entries]
+        states = lines(table.states) if table.states else None
+        super().__init__(arrows, self.starts[0], lines(table.marked), table.alphabet, states)
 
     @property
     def is_extended(self) -> bool:
@@ -42,8 +49,14 @@ class Written(Parts):
         acting = any(t.model_fields_set & {"when", "do"} for t in self.guarded.values())
         return acting or len(self.starts) > 1 or self.table.nondeterministic
 
+    def event_names(self) -> Iterable[str]:
+        """Yield the event of each transition, and the rest of the alphabet; names repeat."""
+        return self.quick.alphabet.names if self.quick else super().event_names()
+
     def state_names(self) -> list[str]:
         """Return the states as declared, else the initial ones and those mentioned, in that order."""
+        if self.quick:
+            return [self.quick.states[q] for q in range(self.quick.n_states)]
         if self.declared is not None or len(self.starts) == 1:
             return super().state_names()
         mentioned = (q for _, (s, _, t) in self.triples for q in (s, t))
@@ -51,6 +64,8 @@ class Written(Parts):
 
     def build(self, name: str, known: Alphabet, actions: Mapping[int, Actions]) -> ExtendedAutomaton:
         """Return the automaton; ``actions`` are those of the entries of its transitions that have some."""
+        if self.quick:
+            return ExtendedAutomaton.from_automaton(self.quick)
         states = self.state_names()
         own = known.restrict(dict.fromkeys(self.event_names()))
         number = {q: k for k, q in enumerate(states)}
@@ -75,6 +90,8 @@ class Written(Parts):
 
 def complaints_of(parts: Written, known: Alphabet, unknown_event: Unknown) -> list[Complaint]:
     """Return all that is wrong with ``parts``, apart from guards and updates, when ``known`` are the events."""
+    if parts.quick:
+        return []
     wrong = check_parts(parts, known, unknown_event)
     if parts.guarded or parts.table.nondeterministic:  # there, two ways to go may well be meant
         wrong = [(path, what) for path, what in wrong if not _CHOICE.fullmatch(what)]
@@ -84,8 +101,7 @@ def complaints_of(parts: Written, known: Alphabet, unknown_event: Unknown) -> li
         wrong = [(("initial", 0) if path == ("initial",) else path, what) for path, what in wrong]
         wrong += _further_starts(parts)
     # a marked state may be mentioned only in a transition that could not be read; then it is not unknown
-    transitions = parts.table.transitions
-    unread = "\n".join(str(transitions[k]) for (_, k), _ in parts.complaints[:_UNREAD] if isinstance(k, int))
+    unread = "\n".join(str(parts.entries[k]) for (_, k), _ in parts.complaints[:_UNREAD] if isinstance(k, int))
     known_later = {("marked", k) for k, state in enumerate(parts.marked) if unread and state in unread}
     return parts.complaints + [(path, what) for path, what in wrong if path not in known_later]
 

@@ -46,6 +46,7 @@ _TABLES: dict[str, type[BaseModel]] = {
     "automata": AutomatonTable,
     "conditions": ConditionTable,
 }
+_LISTS = ("marked", "states", "transitions")  # of an automaton; a list, or a text with an entry a line
 _TABLE = {"toml": "a table", "json": "an object in braces"}
 _LONGEST_SHOWN = 40  # characters of a value that a message repeats
 
@@ -115,7 +116,10 @@ def check(document: Document, data: Any) -> Checked:
 
 def _culprit(detail: ErrorDetails) -> KeyPath:
     """Return the path of the smallest thing that makes sense as a whole: a transition, a size, a key."""
-    match detail["loc"]:
+    loc = detail["loc"]
+    if loc[:1] == ("automata",) and loc[2:3] and loc[2] in _LISTS and loc[3:4] and loc[3] in ("one", "list"):
+        loc = loc[:3] + loc[4:]  # which of two shapes it has
+    match loc:
         case ["computed" | "published", _, *_] as path:
             return path[:2]
         case ["automata", _, "transitions", int(), "table", "do", str(), *_] as path:
@@ -155,6 +159,8 @@ def _sentence(path: KeyPath, kind: str, data: Any, format: Format) -> str:
             expected = "a value or an expression"
             if isinstance(value, dict):
                 found += "; a name with a dot stands in double quotes"
+        case ["automata", _, "marked" | "states" | "transitions"] if not isinstance(value, str):
+            expected = "a list"
         case ["variables", _, "values"]:
             expected = _VALUES
         case ["variables", _, "initial" | "marked"]:

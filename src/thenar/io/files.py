@@ -6,6 +6,7 @@ import contextlib
 import os
 import secrets
 import sys
+from collections.abc import Iterable
 from itertools import islice
 from pathlib import Path
 from typing import BinaryIO
@@ -48,26 +49,31 @@ def read_stdin() -> bytes:
     return _read(sys.stdin.buffer, "<stdin>")
 
 
-def atomic_write(path: str | os.PathLike[str], data: bytes | str) -> None:
-    """Write ``data`` (text as UTF-8) to ``path``: afterwards the file is all new, or untouched.
+def atomic_write(path: str | os.PathLike[str], data: bytes | str | Iterable[str] | Iterable[bytes]) -> None:
+    """Write ``data`` (text as UTF-8; whole, or piece by piece) to ``path``: then the file is all new, or untouched.
 
     The data goes to a temporary file in the same folder, which then takes the name ``path`` in one step;
     so neither a full disk nor a crash leaves half a file.  A symbolic link keeps pointing where it did.
-    Raises InputError if the system does not let us write there.
+    Raises InputError if the system does not let us write there, and for text that UTF-8 does not have.
 
     >>> import tempfile
     >>> file = Path(tempfile.mkdtemp(), "lamp.toml")
-    >>> atomic_write(file, "name = 'lamp'")
+    >>> atomic_write(file, ["name = ", "'lamp'"])
     >>> file.read_text()
     "name = 'lamp'"
     """
+    pieces = [data] if isinstance(data, bytes | str) else data
+    content = (piece.encode() if isinstance(piece, str) else piece for piece in pieces)
     try:
         target = Path(path).resolve()
-        content = data.encode() if isinstance(data, str) else data
         if target.exists() and not target.is_file() and not target.is_dir():
-            target.write_bytes(content)  # a device or a pipe: taking its name would destroy it
+            with target.open("wb") as stream:  # a device or a pipe: taking its name would destroy it
+                stream.writelines(content)
         else:
             _replace(target, content)
+    except UnicodeEncodeError as error:
+        wrong = error.object[error.start : error.end]
+        raise InputError(f"a name has the character {wrong!r}, which UTF-8 does not have; rename it") from None
     except (OSError, ValueError) as error:
         raise InputError(f"{path}: cannot be written: {_reason(error)}") from error
 
@@ -88,13 +94,13 @@ def check_writable(path: str | os.PathLike[str]) -> None:
         raise InputError(f"{path}: cannot be written: no permission")
 
 
-def _replace(target: Path, content: bytes) -> None:
+def _replace(target: Path, content: Iterable[bytes]) -> None:
     temporary = target.parent / f".{secrets.token_hex(8)}.tmp"
     try:
         with temporary.open("xb") as stream:  # not tempfile: its files are private, a model file is not
             if target.is_file():
                 temporary.chmod(target.stat().st_mode & 0o7777)
-            stream.write(content)
+            stream.writelines(content)
             stream.flush()
             os.fsync(stream.fileno())
         os.replace(temporary, target)

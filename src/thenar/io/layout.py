@@ -4,13 +4,21 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
-__all__ = ["Table", "Tables", "Value", "as_json", "as_toml"]
+__all__ = ["Lines", "Table", "Tables", "Value", "as_json", "as_toml"]
 
-Value: TypeAlias = bool | int | str | Sequence["Value"] | Mapping[str, "Value"]
+
+@dataclass(frozen=True, slots=True)
+class Lines:
+    """A text of very many lines, made piece by piece; what stands in a line can be printed."""
+
+    pieces: Iterable[str]
+
+
+Value: TypeAlias = bool | int | str | Sequence["Value"] | Mapping[str, "Value"] | Lines
 Table = Mapping[str, Value]
 
 _LONGEST_LINE = 100  # characters up to which a list stays on one line
@@ -28,30 +36,39 @@ class Tables:
     conditions: Sequence[Table]
 
 
-def as_toml(tables: Tables) -> str:
-    """Write ``tables`` as TOML.
+def as_toml(tables: Tables) -> Iterator[str]:
+    """Write ``tables`` as TOML, piece by piece.
 
-    >>> print(as_toml(Tables({"name": "lamp"}, {"on!": {"controllable": False}}, {}, {}, [])))
+    >>> print("".join(as_toml(Tables({"name": "lamp"}, {"on!": {"controllable": False}}, {}, {}, []))))
     name = "lamp"
     <BLANKLINE>
     [events]
     "on!" = { controllable = false }
     <BLANKLINE>
     """
-    blocks = [[f"{key} = {_toml(value)}" for key, value in tables.heading.items()]] if tables.heading else []
+    yield "".join(f"{key} = {_toml(value)}\n" for key, value in tables.heading.items())
+    gap = "\n" * bool(tables.heading)
     for section, rows in (("events", tables.events), ("variables", tables.variables)):
         if rows or section == "events":
-            blocks.append([f"[{section}]", *(f"{_key(name)} = {_toml(table)}" for name, table in rows.items())])
+            yield f"{gap}[{section}]\n"
+            yield "".join(f"{_key(name)} = {_toml(table)}\n" for name, table in rows.items())
+            gap = "\n"
     titled = [(f"[automata.{_key(name)}]", table) for name, table in tables.automata.items()]
     for title, table in titled + [("[[conditions]]", table) for table in tables.conditions]:
-        blocks.append([title, *(f"{key} = {_listing(key, value, _toml, ',')}" for key, value in table.items())])
-    return "\n\n".join("\n".join(lines) for lines in blocks) + "\n"
+        yield f"\n{title}\n"
+        for key, value in table.items():
+            if isinstance(value, Lines):
+                yield f"{key} = '''\n"
+                yield from value.pieces
+                yield "'''\n"
+            else:
+                yield f"{key} = {_listing(key, value, _toml, ',')}\n"
 
 
-def as_json(tables: Tables) -> str:
-    """Write ``tables`` as JSON.
+def as_json(tables: Tables) -> Iterator[str]:
+    """Write ``tables`` as JSON, piece by piece.
 
-    >>> print(as_json(Tables({"name": "lamp"}, {"on!": {"controllable": False}}, {}, {}, [])))
+    >>> print("".join(as_json(Tables({"name": "lamp"}, {"on!": {"controllable": False}}, {}, {}, []))))
     {
       "name": "lamp",
       "events": {
@@ -62,22 +79,51 @@ def as_json(tables: Tables) -> str:
     <BLANKLINE>
     """
 
-    def braces(members: Iterable[tuple[str, str]], indent: str) -> str:
-        lines = [f"{indent}  {_text(key)}: {value}" for key, value in members]
-        return "{\n" + ",\n".join(lines) + f"\n{indent}}}" if lines else "{}"
+    def braces(members: Iterable[tuple[str, Iterable[str]]], indent: str) -> Iterator[str]:
+        opening = "{\n"
+        for key, value in members:
+            yield f"{opening}{indent}  {_text(key)}: "
+            yield from value
+            opening = ",\n"
+        yield f"\n{indent}}}" if opening == ",\n" else "{}"
 
-    def spread(table: Table) -> str:
-        return braces([(key, _listing(key, value, _json, "", "      ")) for key, value in table.items()], "    ")
+    def written(key: str, value: Value) -> Iterable[str]:
+        if isinstance(value, Lines):
+            return _quoted(map(_escaped, value.pieces))
+        return (_listing(key, value, _json, "", "      "),)
 
-    members = [(key, _json(value)) for key, value in tables.heading.items()]
-    members.append(("events", braces([(name, _json(table)) for name, table in tables.events.items()], "  ")))
+    def spread(table: Table) -> Iterator[str]:
+        return braces(((key, written(key, value)) for key, value in table.items()), "    ")
+
+    def rows(tables: Mapping[str, Table]) -> Iterator[str]:
+        return braces(((name, (_json(table),)) for name, table in tables.items()), "  ")
+
+    def listed(tables: Sequence[Table]) -> Iterator[str]:
+        for k, table in enumerate(tables):
+            yield ",\n    " if k else "[\n    "
+            yield from spread(table)
+        yield "\n  ]"
+
+    members: list[tuple[str, Iterable[str]]] = [(key, (_json(value),)) for key, value in tables.heading.items()]
+    members.append(("events", rows(tables.events)))
     if tables.variables:
-        members.append(("variables", braces([(name, _json(table)) for name, table in tables.variables.items()], "  ")))
-    members.append(("automata", braces([(name, spread(table)) for name, table in tables.automata.items()], "  ")))
+        members.append(("variables", rows(tables.variables)))
+    members.append(("automata", braces(((name, spread(table)) for name, table in tables.automata.items()), "  ")))
     if tables.conditions:
-        listed = ",\n".join(f"    {spread(table)}" for table in tables.conditions)
-        members.append(("conditions", f"[\n{listed}\n  ]"))
-    return braces(members, "") + "\n"
+        members.append(("conditions", listed(tables.conditions)))
+    yield from braces(members, "")
+    yield "\n"
+
+
+def _escaped(piece: str) -> str:
+    """Escape what JSON has to, in a text of printable lines; many times quicker than the encoder."""
+    return piece.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
+
+
+def _quoted(pieces: Iterable[str]) -> Iterator[str]:
+    yield '"'
+    yield from pieces
+    yield '"'
 
 
 def _key(name: str) -> str:
@@ -90,6 +136,7 @@ def _text(text: str) -> str:
 
 
 def _toml(value: Value) -> str:
+    assert not isinstance(value, Lines)  # they stand in automata only, and are written there
     if isinstance(value, Mapping):
         members = ", ".join(f"{_key(key)} = {_toml(inner)}" for key, inner in value.items())
         return f"{{ {members} }}" if members else "{}"
@@ -97,6 +144,7 @@ def _toml(value: Value) -> str:
 
 
 def _json(value: Value) -> str:
+    assert not isinstance(value, Lines)
     if isinstance(value, Mapping):
         return f"{{{', '.join(f'{_text(key)}: {_json(inner)}' for key, inner in value.items())}}}"
     return _plain(value) if isinstance(value, bool | int | str) else f"[{', '.join(map(_json, value))}]"
@@ -108,7 +156,7 @@ def _plain(value: bool | int | str) -> str:
 
 def _listing(key: str, value: Value, write: Callable[[Value], str], last_comma: str, indent: str = "") -> str:
     """Write a list on one line if it is short, else, and for transitions, one entry a line."""
-    if isinstance(value, bool | int | str | Mapping):
+    if isinstance(value, bool | int | str | Mapping | Lines):
         return write(value)
     if key != "transitions" and len(line := write(value)) <= _LONGEST_LINE:
         return line

@@ -95,6 +95,9 @@ class Places:
                     self._put(place, pair)
         elif value.type == "array":
             place.inside = {k: _Place(_line(child), unread=child) for k, child in enumerate(children)}
+        elif value.start_point.row < value.end_point.row:  # a text that holds an entry a line
+            written = [row for row, text in enumerate((value.text or b"").split(b"\n")) if text.strip(b"\"' \t\r")]
+            place.inside = {k: _Place(_line(value) + row) for k, row in enumerate(written)}
 
     def _put(self, owner: _Place, pair: Node) -> None:
         """Enter a key and its value below ``owner``."""

@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Any, Literal
 
-from thenar.errors import InputError, Mistake, ModelError, did_you_mean
-from thenar.io.files import read_bytes, read_stdin
+from thenar.errors import InputError, Mistake, ModelError
 from thenar.model.build import Complaint, KeyPath, place_in_words
 
-__all__ = ["Document", "Format", "decode", "format_by_ending", "format_by_name", "open_document", "sniff"]
+__all__ = ["Document", "Format", "decode", "sniff"]
 
 Format = Literal["toml", "json"]
 
-_ENDINGS: dict[str, Format] = {".toml": "toml", ".json": "json"}
 _LEVELS = 6  # file, automata, one automaton, its transitions, one of them, its triple or updates
 
 # The beginning of a parser's message, and what to do about it.
@@ -143,40 +139,9 @@ class Document:
         return ModelError([Mistake(f"{self.source}:{line}:{column}", way_out)])
 
 
-def open_document(path: str | os.PathLike[str]) -> Document:
-    """Return the text of the model file at ``path``; ``-`` is standard input, its format told by its first character.
-
-    Raises InputError for an ending that is none of ours, a text that is not UTF-8, and all that
-    :func:`read_bytes` complains of.
-    """
-    if str(path) == "-":
-        text = decode(read_stdin(), "<stdin>")
-        return Document("<stdin>", sniff(text), text)
-    raw = read_bytes(path)
-    return Document(str(path), format_by_ending(path), decode(raw, str(path)))
-
-
 def sniff(text: str) -> Format:
     """Tell the format of ``text``: JSON begins with a brace, TOML cannot."""
     return "json" if text.lstrip().startswith("{") else "toml"
-
-
-def format_by_ending(path: str | os.PathLike[str]) -> Format:
-    """Return the format that the ending of ``path`` says; raise InputError for one that is none of ours."""
-    ending = Path(path).suffix.lower()
-    if ending not in _ENDINGS:
-        what = f"unknown ending {ending!r}" if ending else "no ending"
-        raise InputError(f"{path}: {what}; a model file ends with .toml or .json")
-    return _ENDINGS[ending]
-
-
-def format_by_name(name: str) -> Format:
-    """Return ``name`` if it is a format; raise InputError if not."""
-    formats: tuple[Format, ...] = get_args(Format)
-    for format in formats:
-        if name == format:
-            return format
-    raise InputError(f"unknown format {name!r}{did_you_mean(name, formats) or '; write toml or json'}")
 
 
 def decode(raw: bytes, source: str) -> str:

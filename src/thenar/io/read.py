@@ -1,37 +1,45 @@
-"""From model files to a problem; all that is wrong with them comes back as one error."""
+"""From files of any format to a problem."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping, Sequence
-from itertools import chain
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, overload
+from typing import TYPE_CHECKING, Any
 
-from thenar.errors import InputError, Mistake, ModelError
-from thenar.io.parse import Document, format_by_name, open_document, sniff
+from thenar.errors import InputError
+from thenar.io.files import read_bytes, read_stdin
+from thenar.io.formats import FORMATS, Format, format_named, format_of
+from thenar.io.parse import Document, decode, sniff
+from thenar.io.side import with_problem_table, with_table
 from thenar.model.automaton import Automaton
-from thenar.model.build import Unknown, assemble
-from thenar.model.events import Alphabet, Event, merge
+from thenar.model.events import merge
+from thenar.model.expressions import conjunction
 from thenar.model.problem import Problem
 
 if TYPE_CHECKING:
-    from thenar.io.automata import Written
-    from thenar.io.check import Checked
-    from thenar.model.extended import ExtendedProblem
+    from thenar.model.extended import ExtendedAutomaton, ExtendedProblem
 
 __all__ = ["load", "loads"]
 
 
-def load(*paths: str | os.PathLike[str]) -> Problem | ExtendedProblem:
-    """Read model files, by their endings TOML, JSON or CIF; ``-`` is standard input.
+def load(
+    *paths: str | os.PathLike[str],
+    specs: str | os.PathLike[str] | Iterable[str | os.PathLike[str]] = (),
+    format: str | None = None,
+) -> Problem | ExtendedProblem:
+    """Read model files; their endings, or ``format``, tell the format; ``-`` is standard input.
 
-    A file with variables, guards or conditions is an ExtendedProblem; so is a CIF model (Eclipse ESCET), one file
-    with those that it imports: see docs/model-file.md and docs/cif.md.
+    A file with variables, guards or conditions is an ExtendedProblem; so is a nondeterministic automaton.
 
-    Several files make one problem: the events of all of them, in order of first mention, and the automata,
-    variables and conditions of all of them.  An event declared in one file may be used in each.  The name and the
-    description are the first that a file gives; without a name the problem is called after the first file.
+    Several files make one problem.  Our own TOML and JSON files share their events: one declared in one file may be
+    used in each.  Of the others, each says all itself.  A format whose files hold one automaton (TCT, libFAUDES, IDES,
+    DESUMA, DOT, Mermaid) does not say which automata are specifications: name their files in ``specs``; the others
+    are plants.  Automata of one name are called after their files.  What a format has no words for, such as TCT for
+    names, is read from the table that :func:`save` writes beside the file.  The name is the first that a file gives;
+    without one the problem is called after the first file.  See docs/formats.md and docs/model-file.md.
 
     Raises ModelError with every mistake in the files, each with its file and line; AlphabetClash for an event
     that is, say, controllable in one file and uncontrollable in another; InputError for a file that cannot
@@ -51,149 +59,161 @@ def load(*paths: str | os.PathLike[str]) -> Problem | ExtendedProblem:
     >>> load(file)
     Problem 'lamp': 1 plant, 0 specs, 2 events (1 uncontrollable)
     """
-    if not paths:
+    allowed = [specs] if isinstance(specs, str | os.PathLike) else list(specs)
+    everything = [*paths, *allowed]
+    if not everything:
         raise InputError("no file to load; name at least one model file, or - for standard input")
-    if [str(path) for path in paths].count("-") > 1:
+    if [str(path) for path in everything].count("-") > 1:
         raise InputError("standard input can be read once only; give - once")
-    if any(Path(path).suffix.lower() == ".cif" for path in paths):
-        from thenar.io import cif
-
-        if len(paths) > 1:
-            raise InputError("a CIF model is loaded alone, from the file that imports the others; name one file")
-        return cif.load(paths[0])
-    stems = [Path(path).stem for path in paths if str(path) != "-"]
-    return _problem([open_document(path) for path in paths], _first(stems))
+    given = None if format is None else format_named(format)
+    files = [_open(path, "plant", given) for path in paths] + [_open(path, "spec", given) for path in allowed]
+    stems = [Path(path).stem for path in everything if str(path) != "-"]
+    return _together(files, stems[0] if stems else "")
 
 
-@overload
-def loads(text: str, format: Literal["cif"], source: str = "<string>") -> ExtendedProblem: ...
-@overload
-def loads(text: str, format: str | None = None, source: str = "<string>") -> Problem | ExtendedProblem: ...
-def loads(text: str, format: str | None = None, source: str = "<string>") -> Problem | ExtendedProblem:
-    """Read the text of one model file; ``source`` is what messages call it.
+def loads(text: str | bytes, format: str | None = None, source: str = "<string>") -> Problem | ExtendedProblem:
+    """Read the text (of a binary format, the bytes) of one model file; ``source`` is what messages call it.
 
-    Without ``format`` ("toml", "json" or "cif") the first character tells TOML from JSON.  Raises as :func:`load` does.
+    Without ``format`` the first character tells TOML from JSON.  A single automaton is taken as a plant.  Raises as
+    :func:`load` does.
 
     >>> loads('[events]\\nslip = {}\\n[automata.PAD]\\nkind = "plant"\\ninitial = "dry"\\nmarked = ["dri"]')
     Traceback (most recent call last):
     thenar.errors.ModelError: <string>:6: automaton 'PAD', marked state 1: unknown state 'dri'; did you mean 'dry'?
     """
-    text = text.removeprefix("\ufeff")
-    if format == "cif":
+    chosen = _sniffed(text, source) if format is None else _readable(format_named(format), source)
+    return _together([_File(source, chosen, "plant", text)], "")
+
+
+@dataclass(frozen=True, slots=True)
+class _File:
+    """A file, opened; ``kind`` is what its automaton is, if the format does not say."""
+
+    source: str
+    format: Format
+    kind: str
+    content: str | bytes
+    path: Path | None = None
+
+    @property
+    def text(self) -> str:
+        if isinstance(self.content, str):
+            return self.content.removeprefix("\ufeff")
+        return decode(self.content, self.source)
+
+    @property
+    def data(self) -> bytes:
+        return self.content.encode() if isinstance(self.content, str) else self.content
+
+
+@dataclass(frozen=True, slots=True)
+class _Single:
+    """The automaton of a file that holds one, and what it is."""
+
+    kind: str
+    automaton: Automaton | ExtendedAutomaton
+
+
+def _open(path: str | os.PathLike[str], kind: str, given: Format | None) -> _File:
+    if str(path) == "-":
+        data = read_stdin()
+        chosen = given or _sniffed(data, "<stdin>")
+        return _File("<stdin>", _readable(chosen, "<stdin>"), _kind(chosen, kind, "<stdin>"), data)
+    _readable(given or format_of(path), str(path))  # before anything is read
+    data = read_bytes(path)
+    chosen = _readable(given or format_of(path, data), str(path))
+    return _File(str(path), chosen, _kind(chosen, kind, str(path)), data, Path(path))
+
+
+def _readable(format: Format, source: str) -> Format:
+    if not format.reads:
+        raise InputError(f"{source}: {format.title} is written only; {_readable_formats()} are read")
+    return format
+
+
+def _readable_formats() -> str:
+    return ", ".join(format.name for format in FORMATS if format.reads)
+
+
+def _kind(format: Format, kind: str, source: str) -> str:
+    if kind == "spec" and not format.one:
+        raise InputError(f"{source}: a file in {format.title} says itself what its automata are; leave it out of specs")
+    return kind
+
+
+def _sniffed(content: str | bytes, source: str) -> Format:
+    """Tell TOML from JSON."""
+    return format_named(sniff(decode(content, source) if isinstance(content, bytes) else content))
+
+
+def _together(files: Sequence[_File], otherwise: str) -> Problem | ExtendedProblem:
+    """Return one problem of all the files; without a name in them, it is called ``otherwise``."""
+    own = [file for file in files if not file.format.module]
+    pieces: list[tuple[_File, Problem | ExtendedProblem | _Single]] = []
+    for file in files:
+        if file.format.one:
+            pieces.append((file, _single(file)))
+        elif file.format.module:
+            pieces.append((file, _whole(file)))
+        elif file is own[0]:
+            from thenar.io.modelfile import problem_of
+
+            documents = [Document(f.source, "toml" if f.format.name == "toml" else "json", f.text) for f in own]
+            pieces.append((file, problem_of(documents, otherwise)))
+    return _joined(pieces, otherwise)
+
+
+def _single(file: _File) -> _Single:
+    automaton = file.format.code().loads(file.data, file.source)
+    return _Single(*with_table(file.path, automaton, file.kind))
+
+
+def _whole(file: _File) -> Problem | ExtendedProblem:
+    problem: Problem | ExtendedProblem
+    if file.format.name == "cif":  # has files that import others
         from thenar.io import cif
 
-        return cif.loads(text, source)
-    return _problem([Document(source, sniff(text) if format is None else format_by_name(format), text)])
+        problem = cif.loads(file.text, file.source) if file.path is None else cif.load(file.path)
+    else:
+        problem = file.format.code().loads(file.data, file.source)
+    return with_problem_table(file.path, problem)
 
 
-def _problem(documents: Sequence[Document], otherwise: str = "") -> Problem | ExtendedProblem:
-    from thenar.io.check import check  # brings pydantic: needed to read a file, not to import thenar
-    from thenar.io.meaning import Meaning, is_extended
+def _joined(
+    pieces: Sequence[tuple[_File, Problem | ExtendedProblem | _Single]], otherwise: str
+) -> Problem | ExtendedProblem:
+    """Return one problem of all that the files hold."""
+    from thenar.model.extended import ExtendedProblem
 
-    sources = [check(document, data) for document, data in zip(documents, _data(documents), strict=True)]
-    known = _known_events(sources)
-    events = _Events(sources, known)
-    parts, faulty = _parts(sources, events)
-    meaning = Meaning(sources, parts, faulty, known, events.unknown) if is_extended(sources, parts.values()) else None
-    mistakes = [mistake for source in sources for mistake in source.mistakes()]
-    mistakes += _missing(sources, parts)
-    if mistakes:
-        raise ModelError(mistakes)
-    name = _first(source.file.name for source in sources) or otherwise
-    description = _first(source.file.description for source in sources)
-    if meaning is not None:
-        return meaning.problem(name, description)
-
-    def built(kind: str) -> list[Automaton]:
-        return [assemble(Automaton, p, known, n, p.table.says) for n, p in parts.items() if p.table.kind == kind]
-
-    return Problem(built("plant"), built("spec"), name=name, alphabet=known, description=description)
-
-
-def _data(documents: Sequence[Document]) -> list[Any]:
-    """Return what each document gives; the syntax errors of all of them are one ModelError."""
-    data: list[Any] = []
-    mistakes: list[Mistake] = []
-    for document in documents:
-        try:
-            data.append(document.data())
-        except ModelError as error:
-            mistakes += error.mistakes
-    if mistakes:
-        raise ModelError(mistakes)
-    return data
-
-
-def _known_events(sources: Sequence[Checked]) -> Alphabet:
-    """Return the union of the events, in order of first mention; raise AlphabetClash if it has no meaning."""
-    alphabets = []
-    for source in sources:
-        events = []
-        for name, table in source.file.events.items():
-            try:
-                events.append(Event(name, table.controllable, table.observable, table.forcible, table.meaning))
-            except InputError:
-                source.complain(("events", name), "a name is not empty and has no white space and no comma")
-        alphabets.append(Alphabet(events))
-    if not any(source.broken for source in sources):  # mended events could clash where their authors agree
-        return merge(alphabets, [source.document.source for source in sources])
-    first: dict[str, Event] = {}
-    for event in chain(*alphabets):
-        first.setdefault(event.name, event)
-    return Alphabet(first.values())
-
-
-class _Events:
-    """Says what is wrong with the name of an event, unless that is said already where the events are listed."""
-
-    def __init__(self, sources: Sequence[Checked], known: Alphabet) -> None:
-        self.known = known
-        self.say = Unknown("event", known.names, "; list it in events")
-        unusable = [name for source in sources for name in source.file.events if name not in known]
-        self.said = tuple(f"unknown event {name!r}" for name in unusable) if len(known) else ("unknown event",)
-
-    def unknown(self, name: str) -> str | None:
-        what = None if name in self.known else self.say(name)
-        return None if what is None or what.startswith(self.said) else what
-
-
-def _parts(sources: Sequence[Checked], events: _Events) -> tuple[dict[str, Written], set[str]]:
-    """Read the transitions of every automaton, and complain of what cannot be meant; say which automata have that."""
-    from thenar.io.automata import Written, complaints_of
-
-    parts: dict[str, Written] = {}
-    faulty: set[str] = set()
-    home: dict[str, str] = {}
-    for source in sources:
-        for name, table in source.file.automata.items():
-            if name in home:
-                source.complain(("automata", name), f"already given in {home[name]}; rename one of the two")
-            home[name] = source.document.source
-            parts[name] = Written(table)
-            for path, what in complaints_of(parts[name], events.known, events.say):
-                faulty.add(name)
-                if not what.startswith(events.said):
-                    source.complain(("automata", name, *path), what)
-    return parts, faulty
-
-
-def _missing(sources: Sequence[Checked], parts: Mapping[str, Written]) -> list[Mistake]:
-    """Say what no file gives."""
-    if any(source.broken for source in sources):  # it may be there, and broken
-        return []
-    missing = []
-    kinds = [table.kind for source in sources for table in source.file.automata.values()]
-    if not kinds:
-        missing.append("no automata; say in automata.NAME what the plant can do, and what a specification allows")
-    elif "plant" not in kinds:
-        missing.append("no plant; at least one automaton of kind 'plant' says what can happen")
-    uses_events = any(True for part in parts.values() for _ in part.event_names()) or any(
-        condition.event for source in sources for condition in source.file.conditions
+    problems = [piece for _, piece in pieces if not isinstance(piece, _Single)]
+    if len(problems) == len(pieces) == 1 and problems[0].name:
+        return problems[0]
+    plants: list[Automaton | ExtendedAutomaton] = []
+    specs: list[Automaton | ExtendedAutomaton] = []
+    counts = Counter(piece.automaton.name for _, piece in pieces if isinstance(piece, _Single))
+    for file, piece in pieces:
+        if isinstance(piece, _Single):
+            renamed = file.path is not None and counts[piece.automaton.name] > 1
+            automaton = replace(piece.automaton, name=file.path.stem) if renamed and file.path else piece.automaton
+            (plants if piece.kind == "plant" else specs).append(automaton)
+        else:
+            plants += piece.plants
+            specs += piece.specs
+    alphabets = [piece.automaton.alphabet if isinstance(piece, _Single) else piece.alphabet for _, piece in pieces]
+    texts: dict[str, Any] = {
+        "name": next(filter(None, (problem.name for problem in problems)), otherwise),
+        "description": "\n".join(problem.description for problem in problems if problem.description),
+        "alphabet": merge(alphabets, [file.source for file, _ in pieces]),
+    }
+    extended = [problem for problem in problems if isinstance(problem, ExtendedProblem)]
+    plain = [[a for a in group if isinstance(a, Automaton)] for group in (plants, specs)]
+    if not extended and len(plain[0]) == len(plants) and len(plain[1]) == len(specs):
+        return Problem(plain[0], plain[1], **texts)
+    return ExtendedProblem(
+        [*plants, *(c for problem in extended for c in problem.plant_conditions)],
+        [*specs, *(c for problem in extended for c in problem.spec_conditions)],
+        variables=[v for problem in extended for v in problem.variables],
+        initial=conjunction(problem.initial for problem in extended),
+        marked=conjunction(problem.marked for problem in extended),
+        **texts,
     )
-    if uses_events and not any(source.file.events for source in sources):
-        missing.append("no events; list in events each event that the automata use")
-    return [Mistake(", ".join(source.document.source for source in sources), what) for what in missing]
-
-
-def _first(texts: Iterable[str]) -> str:
-    return next(filter(None, texts), "")

@@ -14,6 +14,7 @@ __all__ = [
     "EventTable",
     "ModelFile",
     "PlainSchema",
+    "Table",
     "TransitionTable",
     "VariableTable",
 ]
@@ -33,7 +34,9 @@ class PlainSchema(GenerateJsonSchema):
         return super().generate(schema, mode) | {"title": "thenar model"}  # type: ignore[arg-type]
 
 
-class _Table(BaseModel):
+class Table(BaseModel):
+    """A table whose keys are all known, and whose values are of their types already."""
+
     model_config = ConfigDict(extra="forbid", strict=True)
 
 
@@ -72,10 +75,14 @@ StateNames = Annotated[
     Annotated[StateName, Tag("one")] | Annotated[list[StateName], Field(min_length=1), Tag("list")],
     Discriminator(_one_or_list),
 ]
+Lines = Annotated[
+    Annotated[str, Tag("one"), Field(min_length=1)] | Annotated[list[StateName], Tag("list")],
+    Discriminator(_one_or_list),
+]
 Values = Annotated[Annotated[Value, Tag("one")] | Annotated[list[Value], Tag("list")], Discriminator(_one_or_list)]
 
 
-class EventTable(_Table):
+class EventTable(Table):
     """The properties of an event; {} is a controllable, observable event that cannot be forced."""
 
     controllable: bool = Field(default=True, description="Can a supervisor disable the event?")
@@ -84,7 +91,7 @@ class EventTable(_Table):
     meaning: str = Field(default="", description="What happens, in words.")
 
 
-class VariableTable(_Table):
+class VariableTable(Table):
     """A variable: the values that it can take, and those that it has at first."""
 
     values: Annotated[
@@ -106,7 +113,7 @@ class VariableTable(_Table):
     note: str = Field(default="", description="A remark to whoever reads the file.")
 
 
-class TransitionTable(_Table):
+class TransitionTable(Table):
     """A transition with a guard and updates."""
 
     arrow: Arrows | Triple = Field(description="The transition, or several with the same guard and updates.")
@@ -126,7 +133,7 @@ Transition = Annotated[
 ]
 
 
-class AutomatonTable(_Table):
+class AutomatonTable(Table):
     """An automaton: what part of the plant can do, or what a specification allows."""
 
     kind: Literal["plant", "spec"] = Field(
@@ -135,21 +142,25 @@ class AutomatonTable(_Table):
     initial: StateNames = Field(
         description="The state in which the automaton starts, or a list of those in which it may."
     )
-    marked: list[StateName] = Field(
-        default=[], description="The marked states: a task is complete where every automaton is in one."
+    marked: Lines = Field(
+        default=[],
+        description="The marked states: a task is complete where every automaton is in one. "
+        "A list, or a text with one a line.",
     )
-    states: list[StateName] = Field(
+    states: Lines = Field(
         default=[],
         description="The states, in the order of their numbers; any other name is then an error. "
-        "Without it, the states are those mentioned in initial and transitions.",
+        "Without it, the states are those mentioned in initial and transitions. A list, or a text with one a line.",
     )
     alphabet: list[str] = Field(
         default=[], description="Events that belong to the automaton though no transition carries them: it blocks them."
     )
-    transitions: list[Transition] = Field(
+    transitions: Annotated[
+        Annotated[str, Tag("one")] | Annotated[list[Transition], Tag("list")], Discriminator(_one_or_list)
+    ] = Field(
         default=[],
         description="The transitions, as arrow texts, as triples [source, event, target], or as tables "
-        "with guards and updates.",
+        "with guards and updates; or one text with an arrow text a line.",
     )
     nondeterministic: bool = Field(
         default=False, description="May an event lead from a state to several, though no guards tell them apart?"
@@ -158,7 +169,7 @@ class AutomatonTable(_Table):
     says: str = Field(default="", description="What the automaton says, in words; explanations quote it.")
 
 
-class ConditionTable(_Table):
+class ConditionTable(Table):
     """What holds in every state, or where an event can or may happen."""
 
     model_config = ConfigDict(
@@ -189,7 +200,7 @@ class ConditionTable(_Table):
     says: str = Field(default="", description="What the condition says, in words; explanations quote it.")
 
 
-class ModelFile(_Table):
+class ModelFile(Table):
     """A control problem of plants and specifications over one alphabet, or a part of one."""
 
     name: str = Field(default="", description="The name of the problem.")

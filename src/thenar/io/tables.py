@@ -3,18 +3,27 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
 
 from thenar.errors import InputError
+from thenar.io.block import arrow_lines
 from thenar.io.expressions import MAX_TEXT, written
-from thenar.io.layout import Table, Tables, Value
+from thenar.io.foreign.assemble import columns
+from thenar.io.layout import Lines, Table, Tables, Value
 from thenar.model.automaton import Automaton
 from thenar.model.events import Event
 from thenar.model.expressions import TRUE, Constant, Expression, Operation
 from thenar.model.extended import Condition, ExtendedAutomaton, ExtendedProblem
+from thenar.model.names import every_name
 from thenar.model.problem import Problem
 from thenar.model.variables import Variable
 
 __all__ = ["tables_of"]
+
+LONG = 1_000  # entries from which on a list is written as one text: parsers are quicker with that, and so is the eye
 
 
 def tables_of(problem: Problem | ExtendedProblem) -> Tables:
@@ -125,14 +134,7 @@ def _condition_table(condition: Condition, kind: str, texts: _Texts) -> Table:
 
 def _automaton_table(automaton: Automaton | ExtendedAutomaton, kind: str, texts: _Texts) -> Table:
     owner = f"automaton {automaton.name!r}" if automaton.name else "the automaton"
-    if isinstance(automaton, Automaton):
-        states = [automaton.states[q] for q in range(automaton.n_states)]
-        initial = [states[automaton.initial]] if states else []
-        triples = list(automaton.transitions())
-    else:
-        states = list(automaton.states)
-        initial = [q for q, first in zip(states, automaton.initial, strict=True) if first]
-        triples = [(states[e.source], automaton.alphabet[e.event].name, states[e.target]) for e in automaton.edges]
+    states = automaton.states if isinstance(automaton, ExtendedAutomaton) else every_name(automaton.states)
     if not states:
         raise InputError(f"{owner} has no states, and a model file needs an initial one; there is nothing to write")
     if not all(states):
@@ -140,32 +142,70 @@ def _automaton_table(automaton: Automaton | ExtendedAutomaton, kind: str, texts:
     if len(set(states)) < len(states):
         twice = next(q for q, times in Counter(states).items() if times > 1)
         raise InputError(f"{owner}: two states are called {twice!r}; a model file tells states by their names")
-    carried = {event for _, event, _ in triples}
     table: dict[str, Value] = {"kind": kind}
     if automaton.meaning:
         table["says"] = automaton.meaning
-    table["initial"] = initial[0] if len(initial) == 1 else initial
-    if marked := [q for q, end in zip(states, automaton.marked, strict=True) if end]:
-        table["marked"] = marked
-    if states != list(dict.fromkeys([*initial, *(q for s, _, t in triples for q in (s, t))])):
-        table["states"] = states
-    if blocked := [event.name for event in automaton.alphabet if event.name not in carried]:
+    sources, events, targets = columns(automaton)
+    ends = np.column_stack((sources, targets)).ravel()
+    carried = np.bincount(events, minlength=len(automaton.alphabet))
+    if isinstance(automaton, Automaton):
+        initial = [automaton.initial]
+        marked = np.flatnonzero(automaton.marked).tolist()
+    else:
+        initial = [q for q, first in enumerate(automaton.initial) if first]
+        marked = [q for q, end in enumerate(automaton.marked) if end]
+    table["initial"] = states[initial[0]] if len(initial) == 1 else [states[q] for q in initial]
+    long = isinstance(automaton, Automaton) and automaton.n_transitions > LONG and _fit_lines(automaton, states)
+    if marked:
+        table["marked"] = _several([states[q] for q in marked], long)
+    if not _mentioned_in_order(initial, ends, len(states)):
+        table["states"] = _several(states, long)
+    if blocked := [event.name for event, times in zip(automaton.alphabet, carried, strict=True) if not times]:
         table["alphabet"] = blocked
     if isinstance(automaton, ExtendedAutomaton) and _is_nondeterministic(automaton):
         table["nondeterministic"] = True
-    if triples:
-        arrows = all(_fits_arrow(state) for state in states)
-        written_arrows: list[Value] = (
-            [f"{s} -{e}-> {t}" for s, e, t in triples] if arrows else [list(t) for t in triples]
-        )
-        if isinstance(automaton, ExtendedAutomaton):
-            written_arrows = [_guarded(automaton, k, arrow, owner, texts) for k, arrow in enumerate(written_arrows)]
-        table["transitions"] = written_arrows
+    if long and isinstance(automaton, Automaton):
+        table["transitions"] = Lines(arrow_lines(automaton, states))
+    elif len(ends):
+        table["transitions"] = _transitions(automaton, states, owner, texts)
     return table
+
+
+def _several(names: Sequence[str], long: bool) -> Value:
+    return Lines([f"{name}\n" for name in names]) if long and len(names) > LONG else names
+
+
+def _mentioned_in_order(initial: list[int], ends: NDArray[np.int64], n: int) -> bool:
+    """Return whether the initial states, then the ends of the transitions, mention state 0 first, then 1, then 2..."""
+    mentioned = np.concatenate((np.array(initial, np.int64), ends))
+    highest = np.maximum.accumulate(mentioned)
+    return mentioned[0] == 0 and bool((mentioned[1:] <= highest[:-1] + 1).all()) and int(highest[-1]) == n - 1
+
+
+def _transitions(
+    automaton: Automaton | ExtendedAutomaton, states: Sequence[str], owner: str, texts: _Texts
+) -> Sequence[Value]:
+    if isinstance(automaton, Automaton):
+        triples = list(automaton.transitions())
+    else:
+        triples = [(states[e.source], automaton.alphabet[e.event].name, states[e.target]) for e in automaton.edges]
+    arrows = all(map(_fits_arrow, states))
+    entries: list[Value] = [f"{s} -{e}-> {t}" for s, e, t in triples] if arrows else [list(t) for t in triples]
+    if isinstance(automaton, ExtendedAutomaton):
+        entries = [_guarded(automaton, k, arrow, owner, texts) for k, arrow in enumerate(entries)]
+    return entries
 
 
 def _fits_arrow(state: str) -> bool:
     return state == state.strip() and "->" not in state
+
+
+def _fit_lines(automaton: Automaton, states: Sequence[str]) -> bool:
+    """Return whether a text in TOML's three single quotes can hold the transitions, each unmistakable on its line."""
+    text, names = "\n".join(("", *states, "")), (*states, *automaton.alphabet.names)
+    if any(odd in text for odd in ("->", " \n", "\n ")) or not all(map(str.isprintable, names)):
+        return False
+    return "'''" not in text and not any("'" in event for event in automaton.alphabet.names)
 
 
 def _guarded(automaton: ExtendedAutomaton, k: int, arrow: Value, owner: str, texts: _Texts) -> Value:

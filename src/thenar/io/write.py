@@ -1,31 +1,65 @@
-"""From a problem to a model file that people read: arrow notation, one transition a line."""
+"""From a problem to files of any format."""
 
 from __future__ import annotations
 
 import os
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, TypeAlias, overload
 
 from thenar.errors import InputError
-from thenar.io.files import atomic_write
+from thenar.io.files import atomic_write, check_writable
+from thenar.io.foreign.assemble import assembled, columns
+from thenar.io.foreign.written import Names, ProblemNames, Written
+from thenar.io.formats import FORMATS, Format, format_named, format_of
 from thenar.io.layout import as_json, as_toml
-from thenar.io.parse import format_by_ending, format_by_name
+from thenar.io.side import ENDING, problem_table, table_of
 from thenar.io.tables import tables_of
 from thenar.model.automaton import Automaton
-from thenar.model.extended import ExtendedProblem
+from thenar.model.events import Alphabet
+from thenar.model.expressions import TRUE
+from thenar.model.extended import ExtendedAutomaton, ExtendedProblem
 from thenar.model.problem import Problem
 
-__all__ = ["dumps", "save"]
+__all__ = ["Saved", "dumps", "save"]
+
+Model: TypeAlias = Problem | ExtendedProblem | Automaton | ExtendedAutomaton
 
 
-def dumps(model: Problem | ExtendedProblem | Automaton, format: str = "toml") -> str:
-    """Return the text of the model file that says what ``model`` says; an automaton alone is taken as a plant.
+@dataclass(frozen=True, slots=True)
+class Saved:
+    """What was written: the ``files``, and ``notes`` on what a format says in another way than the model did.
 
-    :func:`loads` gives it back with its events, states, transitions, variables and conditions in the same order.  One
-    thing a model file cannot say: each automaton's alphabet is ordered as that of the problem.  An extended
-    problem without variables, guards and conditions comes back as a plain one.
+    >>> print(Saved((Path("MACH1.DES"),), ("state 3 was added",)))
+    wrote MACH1.DES
+    note: state 3 was added
+    """
+
+    files: tuple[Path, ...]
+    notes: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        return "\n".join([*(f"wrote {file}" for file in self.files), *(f"note: {note}" for note in self.notes)])
+
+
+@overload
+def dumps(model: Model, format: Literal["tct"]) -> bytes: ...  # type: ignore[overload-overlap]
+@overload
+def dumps(model: Model, format: str = "toml") -> str: ...
+def dumps(model: Model, format: str = "toml") -> str | bytes:
+    """Return the text (of a binary format, the bytes) of the file that says what ``model`` says.
+
+    An automaton alone is taken as a plant.  :func:`loads` gives the model back with its events, states,
+    transitions, variables and conditions in the same order, as far as the format has words for them: see
+    docs/formats.md; :func:`save` writes the rest into a table beside the file, here it is left away.  One thing that
+    TOML and JSON cannot say: each automaton's alphabet is ordered as that of the problem.  An extended problem without
+    variables, guards and conditions comes back as a plain one.
 
     Raises InputError for what the format has no words for: an automaton without states, two automata or two
-    states of one name, a state without a name, an expression that is too long; and for a ``format`` other than
-    "toml" and "json".
+    states of one name, a state without a name, an expression that is too long, variables in a format of plain
+    automata, several automata in one that holds a single one; UnknownName for an unknown format.
 
     >>> lamp = Automaton.from_transitions(["off -on!-> lit -off-> off"], initial="off", marked=["off"], name="LAMP")
     >>> print(dumps(lamp))
@@ -43,8 +77,19 @@ def dumps(model: Problem | ExtendedProblem | Automaton, format: str = "toml") ->
     ]
     <BLANKLINE>
     """
-    write = as_toml if format_by_name(format) == "toml" else as_json
-    text = write(tables_of(Problem(model) if isinstance(model, Automaton) else model))
+    chosen = _writable(format_named(format))
+    if chosen.one:
+        named = list(_automata(model, chosen))
+        if len(named) > 1:
+            raise InputError(
+                f"{_holds_one(chosen, len(named))}; save(model, 'FOLDER/', format={format!r}) writes them all"
+            )
+        pieces = list(_written(named[0][1], chosen, model.alphabet).chunks)
+    else:
+        pieces = list(_written(model, chosen, model.alphabet).chunks)
+    if pieces and isinstance(pieces[0], bytes):
+        return b"".join(piece for piece in pieces if isinstance(piece, bytes))
+    text = "".join(piece for piece in pieces if isinstance(piece, str))
     try:
         text.encode()
     except UnicodeEncodeError as error:
@@ -53,15 +98,134 @@ def dumps(model: Problem | ExtendedProblem | Automaton, format: str = "toml") ->
     return text
 
 
-def save(problem: Problem | ExtendedProblem | Automaton, path: str | os.PathLike[str]) -> None:
-    """Write ``problem`` to the file ``path``, TOML or JSON by its ending; all or nothing.
+def save(model: Model, path: str | os.PathLike[str], format: str | None = None) -> Saved:
+    """Write ``model`` to the file ``path``, in the format that its ending tells, or ``format``; all or nothing.
 
-    Raises InputError as :func:`dumps` does, for another ending, and where the system does not let us write.
+    Where a format holds one automaton a file and there are several, ``path`` is a folder: each automaton gets a file
+    there, called after it.  What the format has no words for (names, in TCT; that an automaton is a specification)
+    goes into a table beside the file, ``PATH.names.json``, which :func:`load` finds again.
+
+    Raises InputError as :func:`dumps` does, and where the system does not let us write.
 
     >>> import tempfile, pathlib
     >>> file = pathlib.Path(tempfile.mkdtemp(), "lamp.json")
-    >>> save(Automaton.from_transitions(["dark -on-> lit"], initial="dark", name="LAMP"), file)
-    >>> file.read_text().splitlines()[2]
+    >>> saved = save(Automaton.from_transitions(["dark -on-> lit"], initial="dark", name="LAMP"), file)
+    >>> saved.files[0].read_text().splitlines()[2]
     '    "on": {}'
     """
-    atomic_write(path, dumps(problem, format_by_ending(path)))
+    target = Path(path)
+    folder = target.is_dir() or str(path).endswith(("/", os.sep))
+    if folder and format is None:
+        raise InputError(f"{path}: a folder; say which format its files shall have")
+    chosen = _writable(format_of(path) if format is None else format_named(format))
+    if not chosen.one:
+        check_writable(path)
+        written = _written(model, chosen, model.alphabet)
+        atomic_write(target, written.chunks)
+        return _beside(
+            target, problem_table(written.names) if isinstance(written.names, ProblemNames) else None, written
+        )
+    named = list(_automata(model, chosen))
+    if not folder:
+        if len(named) > 1:
+            raise InputError(f"{path}: {_holds_one(chosen, len(named))}; name a folder (and the format) to write to")
+        check_writable(path)
+        return _save_one(*named[0], target, chosen, model.alphabet)
+    target.mkdir(exist_ok=True)
+    names = _file_names([automaton.name for _, automaton in named], chosen.endings[0])
+    saved = [_save_one(*item, target / name, chosen, model.alphabet) for item, name in zip(named, names, strict=True)]
+    return Saved(tuple(f for one in saved for f in one.files), tuple(note for one in saved for note in one.notes))
+
+
+def _save_one(
+    kind: str, automaton: Automaton | ExtendedAutomaton, target: Path, format: Format, alphabet: Alphabet
+) -> Saved:
+    written = _written(automaton, format, alphabet)
+    atomic_write(target, written.chunks)
+    names = written.names if isinstance(written.names, Names) else None
+    needed = names or kind != "plant" or not (format.named or automaton.name in ("", target.stem))
+    return _beside(target, table_of(automaton, kind, names) if needed else None, written)
+
+
+def _beside(target: Path, table: str | None, written: Written) -> Saved:
+    """Write the table beside ``target``; without one, remove that of what stood there before."""
+    beside = target.with_name(target.name + ENDING)
+    if table is None:
+        beside.unlink(missing_ok=True)
+        return Saved((target,), written.notes)
+    atomic_write(beside, table)
+    return Saved((target, beside), written.notes)
+
+
+def _writable(format: Format) -> Format:
+    if not format.writes:
+        known = ", ".join(other.name for other in FORMATS if other.writes)
+        raise InputError(f"{format.title} is read only; {known} are written")
+    return format
+
+
+def _holds_one(format: Format, n: int) -> str:
+    return f"a file in {format.title} holds one automaton, and there are {n}"
+
+
+def _written(model: Model, format: Format, alphabet: Alphabet) -> Written:
+    """Return ``model`` in ``format``; ``alphabet`` is that of all automata which are written with it."""
+    whole = model if format.one else _problem(model)
+    if not format.module:
+        tables = tables_of(_problem(model))
+        return Written(as_toml(tables) if format.name == "toml" else as_json(tables))
+    numbers = {"alphabet": alphabet} if format.numbers else {}
+    written: Written = format.code().dumps(whole, **numbers)
+    return written
+
+
+def _problem(model: Model) -> Problem | ExtendedProblem:
+    if isinstance(model, Automaton):
+        return Problem(model)
+    return ExtendedProblem(model) if isinstance(model, ExtendedAutomaton) else model
+
+
+def _automata(model: Model, format: Format) -> Iterable[tuple[str, Automaton | ExtendedAutomaton]]:
+    """Yield the automata of ``model`` and what they are; raise InputError for variables, guards and conditions."""
+    if isinstance(model, Automaton | ExtendedAutomaton):
+        yield "plant", _plain(model, format)
+        return
+    if isinstance(model, ExtendedProblem):
+        conditions = [*model.plant_conditions, *model.spec_conditions]
+        if model.variables or conditions or (model.initial, model.marked) != (TRUE, TRUE):
+            has = "variables" if model.variables else "conditions"
+            raise InputError(
+                f"the model has {has}, for which {format.title} has no words; flatten it to plain automata first"
+            )
+    for kind, group in (("plant", model.plants), ("spec", model.specs)):
+        for automaton in group:
+            yield kind, _plain(automaton, format)
+
+
+def _plain(automaton: Automaton | ExtendedAutomaton, format: Format) -> Automaton | ExtendedAutomaton:
+    """Return the automaton, as an :class:`Automaton` if it is deterministic; refuse guards and updates."""
+    if isinstance(automaton, Automaton):
+        return automaton
+    for k, edge in enumerate(automaton.edges):
+        if edge.guard != TRUE or edge.updates:
+            where = f"automaton {automaton.name!r}, {automaton.place(k)}"
+            raise InputError(
+                f"{where} has a guard or an update, for which {format.title} has no words; flatten the model first"
+            )
+    initial = [q for q, first in enumerate(automaton.initial) if first]
+    return assembled(
+        automaton.name, automaton.alphabet, automaton.states, initial, automaton.marked, *columns(automaton),
+        meaning=automaton.meaning,
+    )  # fmt: skip
+
+
+def _file_names(names: Sequence[str], ending: str) -> list[str]:
+    """Return a file name for each automaton; raise InputError for two that a file system may not tell apart."""
+    files = [re.sub(r'[\x00-\x1f<>:"/\\|?*]', "_", name).strip(". ") or "automaton" for name in names]
+    seen: dict[str, str] = {}
+    for name, file in zip(names, files, strict=True):
+        if (other := seen.setdefault(file.lower(), name)) != name:
+            raise InputError(
+                f"automata {other!r} and {name!r} would share the file {file + ending!r}; rename one of them"
+            )
+    return [file + ending for file in files]

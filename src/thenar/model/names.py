@@ -10,7 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-__all__ = ["Composed", "Grouped", "Layout", "Listed", "Numbered", "StateNames"]
+__all__ = ["Composed", "Grouped", "Layout", "Listed", "Numbered", "StateNames", "every_name", "state_index"]
 
 SEPARATOR = "|"
 
@@ -160,3 +160,23 @@ def state_index(names: StateNames | Sequence[str], wanted: str) -> int | None:
     if isinstance(names, Composed):
         return names.find(wanted)
     return next((q for q in range(len(names)) if names[q] == wanted), None)
+
+
+def every_name(names: StateNames) -> Sequence[str]:
+    """Return all the names; those of a product a component at a time.
+
+    >>> every_name(Numbered(np.arange(3)))
+    ['0', '1', '2']
+    """
+    if isinstance(names, Listed):
+        return names.names
+    if isinstance(names, Numbered):
+        return list(map(str, names.numbers.tolist()))
+    if isinstance(names, Composed):
+        columns = []
+        for part, local in zip(names.parts, names.layout.unpack(names.keys).T, strict=True):
+            used, place = np.unique(local, return_inverse=True)
+            table = [_quoted(part, q) for q in used.tolist()]
+            columns.append(map(table.__getitem__, place.tolist()))
+        return list(map(SEPARATOR.join, zip(*columns, strict=True)))
+    return [names[q] for q in range(len(names))]

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thenar.errors import InputError
+from thenar.explicit.components import strong_components
 from thenar.explicit.control import obeyed
 from thenar.model.supervisor import Supervisor
 
@@ -85,41 +86,3 @@ def unfold(supervisor: Supervisor, goals: Sequence[int]) -> Cells:
     length, event, target = after(cells)
     done, state = np.divmod(cells, n)
     return Cells(number.reshape(-1, n), state, done, np.repeat(np.arange(found), length), event, number[target])
-
-
-def strong_components(offsets: Sequence[int], targets: Sequence[int]) -> Ints:
-    """Return (n_states,) int64: the strongly connected component of each state.   [Tarjan 1972]
-
-    >>> strong_components([0, 1, 3, 3], [1, 0, 2]).tolist()
-    [1, 1, 0]
-    """
-    n, count = len(offsets) - 1, 0
-    order, low, component = [-1] * n, [0] * n, [-1] * n
-    stack: list[int] = []
-    time = 0
-    for root in range(n):
-        if order[root] >= 0:
-            continue
-        work = [(root, offsets[root])]
-        while work:
-            q, k = work.pop()
-            if k == offsets[q]:
-                order[q] = low[q] = time
-                time += 1
-                stack.append(q)
-            elif component[targets[k - 1]] < 0:
-                low[q] = min(low[q], low[targets[k - 1]])
-            while k < offsets[q + 1]:
-                t = targets[k]
-                k += 1
-                if order[t] < 0:
-                    work += [(q, k), (t, offsets[t])]
-                    break
-                if component[t] < 0:
-                    low[q] = min(low[q], order[t])
-            else:
-                if low[q] == order[q]:
-                    while component[q] < 0:
-                        component[stack.pop()] = count
-                    count += 1
-    return np.array(component, np.int64)

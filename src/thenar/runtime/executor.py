@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from thenar.errors import Fault
+from thenar.explicit.timed import TICK
 from thenar.model.automaton import Automaton
 from thenar.model.supervisor import Supervisor
 from thenar.model.trace import Trace
@@ -51,6 +52,10 @@ def execute(
     The run ends in a marked state where nothing is enabled, the policy starts nothing, or its choice leads to a
     state of the supervisor that was visited before.  It is complete if all events of ``through`` happened since
     the last marked state.
+
+    An event ``tick`` is the clock's: it comes when nothing has happened for as long as the driver's detector of that
+    name expects.  Where the supervisor forces (:func:`supcon_forcing`) the policy chooses among the forced events only,
+    at once; a tick that comes first all the same is a violation.
 
     What takes too long is the event ``timeout_1`` or ``timeout_2`` where the plant can do it.  Otherwise it, and
     any Fault or other exception, is a safe stop: the Run says why, and so does the last entry of the log.
@@ -107,17 +112,20 @@ class _Execution:
         self.loop, self.driver, self.policy = loop, driver, policy
         self.journal, self.on_tick = journal, on_tick
         self.bus = EventBus(loop.alphabet, driver, max_delay_s=limits.delay_s)
-        own = [e.name for e in loop.alphabet if not e.controllable and e.name in driver.detectors]
+        own = [e.name for e in loop.alphabet if not e.controllable and e.name in driver.detectors and e != TICK]
         self.watchdog, self.limits = Watchdog(driver, own, limits), limits
         self.by = f"policy:{policy.name}"
         self.goals = {loop.alphabet.index(name) for name in through}
         self.done: set[int] = set()  # the goals, since the last marked state
+        self.clock = next((k for k, e in enumerate(loop.alphabet) if e == TICK), None)
+        self.tick_period_s = math.inf if self.clock is None else driver.detectors[TICK.name].expected_s
         self.visited = {loop.supervisor_state}
         self.trace: list[str] = []
         self.violations: list[str] = []
         self.ended: tuple[str, str] | None = None
 
         self.now = driver.time_s
+        self.tick_s = self.now + self.tick_period_s
         self.running: int | None = None  # the event whose skill is under way
         self.commanded: int | None = None  # the command whose motion may still be under way
         self.asked = False  # the policy, in this state
@@ -172,6 +180,8 @@ class _Execution:
                 self._happen(signal)
             else:
                 self._note("note", event=signal.event, message="came when the run had ended")
+        if self.ended is None and now >= self.tick_s:
+            self._pass_time()
         if self.ended is None:
             self.watchdog.look(now)
         if self.ended is None and now >= self.watchdog.deadline_s:
@@ -182,7 +192,7 @@ class _Execution:
             self.progress_s = now + _PROGRESS_PERIOD_S
             running = None if self.running is None else self.loop.events[self.running]
             self.on_tick(now, self.trace[-1] if self.trace else None, running)
-        self.due_s = min(self.watchdog.due_s, self.poll_s, self.progress_s)
+        self.due_s = min(self.watchdog.due_s, self.poll_s, self.progress_s, self.tick_s)
 
     def _finish(self, error: BaseException | None) -> Run:
         """Stop the driver if that is called for, write the last entry and return the run."""
@@ -250,7 +260,26 @@ class _Execution:
         if not supervisor.psi(self.loop.events[event], state):
             self._violate(event, f"the supervisor disables it in state {state}")
         else:
+            self._reconsider()
             self._advance(event, self.by)
+
+    def _pass_time(self) -> None:
+        """Let the clock tick; what goes on goes on, if it still may."""
+        loop, event = self.loop, self.clock
+        assert event is not None
+        before = loop.enabled, loop.forced
+        if not loop.possible(event):
+            self._violate(event, f"the plant's model lets no time pass in state {loop.plant_name!r}")
+        elif loop.forced and event not in loop.row:
+            self._violate(event, f"{' or '.join(loop.names(loop.forced))} was forced, and did not come before it")
+        elif event not in loop.row:
+            self._violate(event, f"the supervisor does not follow it from state {loop.supervisor_state}")
+        else:
+            self._advance(event, "clock")
+            if self.running is not None and self.running not in (loop.forced or loop.enabled):
+                self._abort(f"{loop.names(loop.forced)[0]} is forced" if loop.forced else "it is disabled now")
+            elif (loop.enabled, loop.forced) != before:
+                self._reconsider()
 
     def _advance(self, event: int, chosen_by: str) -> None:
         """Let an event happen in plant and supervisor."""
@@ -261,7 +290,7 @@ class _Execution:
         self.done |= self.goals & {event}
         self.visited.add(loop.supervisor_state)
         self.trace.append(loop.events[event])
-        self._reconsider()
+        self.tick_s = self.now + self.tick_period_s
         self.policy.saw(event, loop.supervisor_state)
         sensors = self.driver.snapshot()
         self._note("event", event=loop.events[event], **self.loop.describe(), chosen_by=chosen_by, sensors=sensors)
@@ -305,18 +334,20 @@ class _Execution:
     def _ask(self) -> bool:
         """Ask the policy; return whether it chose an event that is to be started."""
         loop = self.loop
-        choices = [e for e in loop.enabled if loop.controllable[e] and e not in self.refused]
+        choices = [e for e in loop.forced or loop.enabled if loop.controllable[e] and e not in self.refused]
         sensed = [
             self.driver.detectors[name] for name in loop.names(loop.uncontrollable) if name in self.driver.detectors
         ]
-        awaited = [detector for detector in sensed if math.isfinite(detector.expected_s)]
+        awaited = [d for d in sensed if math.isfinite(d.expected_s) and (d.event != TICK.name or self._time_helps())]
+        if loop.forced:
+            awaited = []  # nobody waits where something has to happen now
         event = self.policy.choose(loop.supervisor_state, choices, bool(awaited)) if choices else None
         self.asked, self.poll_s = True, math.inf
         if event is None:
             self._idle(choices, awaited)
         elif event not in choices:
             raise Fault(f"policy {self.policy.name!r} chose {event!r}, which is not one of {choices}")
-        elif loop.marked and loop.row[event] in self.visited:
+        elif loop.marked and not loop.forced and loop.row[event] in self.visited:
             self._end()
         else:
             self.chosen, self.patience_end_s = event, self.now + self.limits.patience_s
@@ -356,18 +387,23 @@ class _Execution:
         """Start nothing: end the run, wait for what may come, or stop where nothing can."""
         loop, patience_s = self.loop, self.limits.patience_s
         where = f"plant state {loop.plant_name!r}, supervisor state {loop.supervisor_state}"
-        if loop.marked and (choices or not self.refused):
+        if loop.marked and not loop.forced and (choices or not self.refused):
             self._end()
         elif detectors and not loop.marked:
             self.watchdog.wait(detectors, self.now)
         elif choices:
-            self.ended = STOPPED, f"policy {self.policy.name!r} waits where nothing can come: {where}"
+            why = f"{' or '.join(loop.names(loop.forced))} is forced" if loop.forced else "nothing can come"
+            self.ended = STOPPED, f"policy {self.policy.name!r} waits where {why}: {where}"
         elif self.refused:
             self.ended = STOPPED, f"nothing was ready within {patience_s:g} s: {'; '.join(self.refused.values())}"
-        elif loop.uncontrollable:  # the watchdog's own, or there were a detector
-            self.watchdog.nothing(loop.events[loop.uncontrollable[0]], f"nothing else can happen in {where}", self.now)
+        elif others := [e for e in loop.uncontrollable if e != self.clock]:  # the watchdog's, or there were a detector
+            self.watchdog.nothing(loop.events[others[0]], f"nothing else can happen in {where}", self.now)
         else:
             self.ended = STOPPED, f"nothing is enabled in {where}, which is not marked"
+
+    def _time_helps(self) -> bool:
+        """Return whether the supervisor's state is another one after a tick."""
+        return self.clock is not None and self.loop.row.get(self.clock) != self.loop.supervisor_state
 
     def _end(self) -> None:
         """End the run in a marked state."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from thenar.errors import InputError
+from thenar.explicit.forcing import ForcingSupervisor
 from thenar.model.automaton import Automaton
 from thenar.model.supervisor import Supervisor
 
@@ -37,6 +38,7 @@ class Follower:
         "controllable",
         "enabled",
         "events",
+        "forced",
         "marked",
         "plant",
         "plant_row",
@@ -74,6 +76,10 @@ class Follower:
         self.row = {e: t for e, t in S.row(supervisor_state) if e not in disabled}
         self.enabled = [e for e in self.row if self.possible(e)]
         self.uncontrollable = [e for e in self.enabled if not self.controllable[e]]
+        #: of what is enabled, the events one of which must be started at once; none where nothing is forced
+        self.forced: list[int] = []
+        if isinstance(self.supervisor, ForcingSupervisor) and self.supervisor.forcing[supervisor_state]:
+            self.forced = [e for e in self.enabled if self.alphabet[e].forcible and self.controllable[e]]
         self.marked = bool(S.marked[supervisor_state] and G.marked[plant_state])
 
     def possible(self, event: int) -> bool:

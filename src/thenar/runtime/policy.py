@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Sequence
 from random import Random
-from typing import Protocol
+from typing import Literal, Protocol
 
 from thenar.errors import Fault, InputError, UnknownName
 from thenar.model.supervisor import Supervisor
@@ -13,7 +13,7 @@ from thenar.runtime.driver import Driver
 
 __all__ = ["POLICIES", "Operator", "Policy", "Priority", "RandomPolicy", "policy_named"]
 
-POLICIES = ("shortest", "priority", "random", "operator")
+POLICIES = ("shortest", "cheapest", "priority", "random", "operator")
 
 
 class Policy(Protocol):
@@ -158,9 +158,12 @@ def policy_named(
     through: Sequence[str] = (),
     ask: Callable[[str], str] = input,
 ) -> Policy:
-    """Return the policy that ``text`` names: ``shortest``, ``priority(e1, e2)``, ``random(7)``, ``operator``.
+    """Return the policy that ``text`` names: ``shortest``, ``cheapest(worst, e1=5)``, ``priority(e1, e2)``,
+    ``random(7)``, ``operator``.
 
-    ``random`` alone uses ``seed``; ``through`` are the goal events of ``shortest``; ``operator`` asks by ``ask``.
+    ``cheapest`` takes the cost of events, 1 of those that it does not name, and ``worst`` to be ready for what costs
+    most; ``random`` alone uses ``seed``; ``through`` are the goal events of ``shortest`` and ``cheapest``; ``operator``
+    asks by ``ask``.
     Raises UnknownName for another name or an unknown event, InputError for arguments that a policy does not take.
 
     >>> policy_named("randon", None, None)
@@ -171,6 +174,8 @@ def policy_named(
     kind, words = (match[1], (match[2] or "").replace(",", " ").split()) if match else (text, [])
     if kind == "priority":
         return Priority(supervisor, words)
+    if kind == "cheapest":
+        return _cheapest(text, words, supervisor, through)
     if kind == "random":
         if len(words) > 1 or not all(re.fullmatch(r"-?\d{1,18}", w, re.ASCII) for w in words):
             raise InputError(f"policy {text!r}: random takes one whole number, its seed, as in 'random(7)'")
@@ -184,3 +189,22 @@ def policy_named(
     from thenar.runtime.plan import Shortest
 
     return Shortest(supervisor, driver, through=through)
+
+
+def _cheapest(text: str, words: Sequence[str], supervisor: Supervisor, through: Sequence[str]) -> Policy:
+    """Return the policy of least cost, as ``words`` have it: cases and costs."""
+    from thenar.runtime.cheapest import Cheapest
+
+    case: Literal["best", "worst"] = "best"
+    costs: dict[str, float] = {}
+    for word in words:
+        event, sign, number = word.rpartition("=")
+        if not sign and number in ("best", "worst"):
+            case = "best" if number == "best" else "worst"
+        elif sign and re.fullmatch(r"\d{1,15}(\.\d{1,15})?", number, re.ASCII):
+            costs[event] = float(number)
+        else:
+            raise InputError(
+                f"policy {text!r}: cheapest takes best, worst and costs, as in 'cheapest(worst, lift=2.5)'"
+            )
+    return Cheapest(supervisor, costs, case=case, through=through)

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from thenar.explicit.control import closed_loop, is_controllable
+from thenar.explicit.forcing import ForcingSupervisor, is_forcibly_controllable
 from thenar.explicit.reach import is_nonblocking, path_to
-from thenar.explicit.rows import kept, sources
 from thenar.model.automaton import Automaton
 from thenar.model.supervisor import Supervisor
 from thenar.model.trace import Check
+from thenar.synthesis.implementation import has_bounded_response
 
 __all__ = ["fit_to_run"]
 
@@ -20,9 +20,10 @@ __all__ = ["fit_to_run"]
 def fit_to_run(supervisor: Supervisor, plant: Automaton, commands: Iterable[str] = ()) -> list[Check]:
     """Return what must hold before ``supervisor`` is executed on ``plant``, each with its evidence.
 
-    A supervisor exists; S allows every uncontrollable event that the plant can do; S/G is nonblocking; ψ disables
-    no uncontrollable event; and no cycle of S/G consists of ``commands`` only: events that take no time, so that
-    it could go round for ever in one instant.  O(|δ|) of S/G.
+    A supervisor exists; S allows every uncontrollable event that the plant can do, or forces another one to come
+    before it; S/G is nonblocking; ψ disables no uncontrollable event; and no cycle of S/G consists of ``commands``
+    only: events that take no time, so that it could go round for ever in one instant.  O(|δ| log |Q|) of S/G.  What a
+    program with a scan cycle needs besides, :func:`~thenar.synthesis.implementation.fit_for_sampling` checks.
 
     >>> from thenar.explicit.products import sync
     >>> from thenar.library.classics import small_factory
@@ -34,7 +35,7 @@ def fit_to_run(supervisor: Supervisor, plant: Automaton, commands: Iterable[str]
     controllable: yes
     nonblocking: yes
     uncontrollable events enabled: yes
-    commands end: yes
+    bounded response: yes
     """
     exists = Check("a supervisor exists", not supervisor.is_empty, reason="its automaton has no states")
     if not exists:
@@ -42,10 +43,12 @@ def fit_to_run(supervisor: Supervisor, plant: Automaton, commands: Iterable[str]
     loop = closed_loop(plant, supervisor)
     return [
         Check("a supervisor exists", True),
-        is_controllable(supervisor.automaton, plant),
+        is_forcibly_controllable(supervisor.automaton, plant, preempted=supervisor.preempted)
+        if isinstance(supervisor, ForcingSupervisor)
+        else is_controllable(supervisor.automaton, plant),
         is_nonblocking(loop),
         _disables_no_uncontrollable(supervisor),
-        _commands_end(loop, commands),
+        has_bounded_response(loop, [name for name in commands if name in loop.alphabet]),
     ]
 
 
@@ -61,36 +64,3 @@ def _disables_no_uncontrollable(supervisor: Supervisor) -> Check:
     trace, state = path
     name = next(e.name for e in supervisor.pattern(state).disabled if not e.controllable)
     return Check(title, False, trace, f"uncontrollable {name!r} is disabled in supervisor state {state}")
-
-
-def _commands_end(loop: Automaton, commands: Iterable[str]) -> Check:
-    """Return whether the part of the loop that only has ``commands`` has no cycle."""
-    title = "commands end"
-    instant = np.zeros(len(loop.alphabet), np.bool_)
-    instant[[loop.alphabet.index(name) for name in commands if name in loop.alphabet]] = True
-    burst = kept(loop, instant[loop.events])
-    cyclic = _on_the_way_to_a_cycle(burst)
-    path = path_to(loop, cyclic)
-    if path is None:
-        return Check(title, True)
-    trace, q = path
-    cycle: list[str] = []
-    seen: dict[int, int] = {}
-    while q not in seen:  # each state on the way to a cycle has a successor that is
-        seen[q] = len(cycle)
-        event, q = next((e, t) for e, t in burst.row(q) if cyclic[t])
-        cycle.append(burst.alphabet[event].name)
-    again = ", ".join(cycle[seen[q] :])
-    return Check(title, False, trace + cycle, f"the commands {again} can follow each other without end")
-
-
-def _on_the_way_to_a_cycle(automaton: Automaton) -> NDArray[np.bool_]:
-    """Return (n_states,) bool: what is left when states without successors are taken away again and again."""
-    alive = np.ones(automaton.n_states, np.bool_)
-    source = sources(automaton)
-    while True:
-        successors = np.zeros(automaton.n_states, np.bool_)
-        successors[source[alive[automaton.targets]]] = True
-        if (left := alive & successors).sum() == alive.sum():
-            return alive
-        alive = left

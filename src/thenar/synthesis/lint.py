@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
 from thenar._native import kernel
-from thenar.errors import Mistake
+from thenar.errors import Mistake, did_you_mean
 from thenar.explicit.exploration import ticker
+from thenar.explicit.rows import sources
+from thenar.model.automaton import Automaton
 from thenar.model.expressions import TRUE, Constant
 from thenar.model.extended import Edge, ExtendedAutomaton, ExtendedProblem
 from thenar.model.limits import Limits, Progress
 from thenar.model.problem import Problem
-from thenar.symbolic.encode import Encoding
+from thenar.symbolic.encode import Encoding, EventRelation
 from thenar.symbolic.levels import Part
 from thenar.symbolic.synthesis import reach
 
@@ -29,9 +31,15 @@ def lint(
 
     * that none of them is marked
     * which states of an automaton are not among them
-    * which events never happen, and which the plants can do but the specifications never allow
+    * which events never happen: no automaton has them, one that has them has no transition with them, the plants
+      cannot do them, or can but the specifications never allow them
     * which updates would take a variable out of its range, and an example where: such a transition is impossible,
       as if its guard were false
+
+    Of each automaton alone it is said that it marks no state, of a specification from which of its states it cannot
+    reach a marked one of its own (it is not trim), and which of its events no plant has, so that a slip of the pen
+    there makes it wait for nothing.  In a plain problem each automaton should share an event with another one, and
+    a specification with a plant.
 
     One saturation, and a few set operations for each event and update.  Raises LimitReached at one of ``limits``.
 
@@ -51,28 +59,99 @@ def lint(
     if not reachable & encoding.marked:
         found.append(Mistake(where, "no marked state is ever reached"))
     for k, automaton in enumerate((*problem.plants, *problem.specs)):
+        found += _alone(problem, automaton, is_spec=k >= len(problem.plants))
         part = encoding.parts[k]
         hit = [bool(reachable & encoding.literal(k, np.arange(part.size) == v)) for v in range(part.size)]
         never = [part.labels[v] for v in range(part.size) if not hit[v]]
         if never:
-            names = ", ".join(repr(q) for q in never[:5]) + (f" and {len(never) - 5} more" if len(never) > 5 else "")
-            found.append(Mistake(f"automaton {automaton.name!r}", f"never reaches its state {names}"))
+            found.append(Mistake(f"automaton {automaton.name!r}", f"never reaches its state {_listed(never)}"))
     known = {e.name: e for e in encoding.events}
     for event in problem.alphabet:
         e = known.get(event.name)
         if e is None:
             found.append(Mistake(f"event {event.name!r}", "no automaton has it"))
-        elif not reachable & e.possible:
-            found.append(Mistake(f"event {event.name!r}", "never happens: the plants can do it in no state reached"))
         elif not reachable & e.allowed:
-            why = "never happens: the specifications forbid it wherever it could"
-            found.append(Mistake(f"event {event.name!r}", why))
+            found.append(Mistake(f"event {event.name!r}", f"never happens: {_why_never(problem, e, reachable)}"))
     if isinstance(problem, ExtendedProblem):
         for automaton in problem.automata:
             found += [
                 m for edge in automaton.edges if edge.updates for m in _overflow(encoding, reachable, automaton, edge)
             ]
     return found
+
+
+def _why_never(problem: Problem | ExtendedProblem, event: EventRelation, reachable: kernel.Set) -> str:
+    """Say who keeps ``event`` from ever happening: an automaton that always does, else all of its kind."""
+    possible = bool(reachable & event.possible)
+    for automaton in problem.specs if possible else problem.plants:
+        if event.name in automaton.alphabet and automaton.alphabet.index(event.name) not in _used(automaton):
+            return f"automaton {automaton.name!r} has it in its alphabet, but no transition with it"
+    return "the specifications forbid it wherever it could" if possible else "the plants can do it in no state reached"
+
+
+def _alone(
+    problem: Problem | ExtendedProblem, automaton: Automaton | ExtendedAutomaton, *, is_spec: bool
+) -> Iterator[Mistake]:
+    """Say what is wrong with ``automaton`` whatever the others do."""
+    where = f"automaton {automaton.name!r}"
+    if len(automaton.marked) and not any(automaton.marked):
+        yield Mistake(where, "marks none of its states, and so no state of the whole is marked")
+    elif is_spec and (stuck := _not_trim(automaton)):
+        names = _listed(stuck)
+        yield Mistake(where, f"is not trim: from its state {names} it reaches no marked state of its own")
+    others = [a for a in problem.automata if a is not automaton]
+    partners = problem.plants if is_spec else others
+    if isinstance(problem, Problem) and others and not any(_meet(automaton, a) for a in partners):
+        yield Mistake(where, f"shares no event with {'a plant' if is_spec else 'another automaton'}")
+    elif is_spec:
+        of_plants = list(dict.fromkeys(e for a in problem.plants for e in a.alphabet.names))
+        for name in automaton.alphabet.names:
+            if name not in of_plants:
+                yield Mistake(where, f"speaks of event {name!r}, which no plant has{did_you_mean(name, of_plants)}")
+
+
+def _not_trim(automaton: Automaton | ExtendedAutomaton) -> list[str]:
+    """Return the states that ``automaton`` can enter, by itself, and from which it reaches no marked one.
+
+    Guards are taken to be true.
+    """
+    if isinstance(automaton, Automaton):
+        initial = [] if automaton.is_empty else [automaton.initial]
+        arcs = list(zip(sources(automaton).tolist(), automaton.targets.tolist(), strict=True))
+    else:
+        initial = [q for q, first in enumerate(automaton.initial) if first]
+        arcs = [(e.source, e.target) for e in automaton.edges]
+    marked = [q for q, is_marked in enumerate(automaton.marked) if is_marked]
+    wrong = _closure(initial, arcs) - _closure(marked, [(target, source) for source, target in arcs])
+    return [automaton.states[q] for q in sorted(wrong)]
+
+
+def _closure(start: Iterable[int], arcs: Iterable[tuple[int, int]]) -> set[int]:
+    """Return the states of ``start``, and those that lead on from there."""
+    onward: dict[int, list[int]] = {}
+    for source, target in arcs:
+        onward.setdefault(source, []).append(target)
+    todo, found = list(start), set(start)
+    while todo:
+        new = set(onward.get(todo.pop(), ())) - found
+        found |= new
+        todo += new
+    return found
+
+
+def _used(automaton: Automaton | ExtendedAutomaton) -> set[int]:
+    """Return the positions of the events that have a transition."""
+    if isinstance(automaton, Automaton):
+        return set(np.unique(automaton.events).tolist())
+    return {edge.event for edge in automaton.edges}
+
+
+def _meet(automaton: Automaton | ExtendedAutomaton, other: Automaton | ExtendedAutomaton) -> bool:
+    return any(event in other.alphabet for event in automaton.alphabet.names)
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(repr(q) for q in names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")
 
 
 def _overflow(encoding: Encoding, reachable: kernel.Set, automaton: ExtendedAutomaton, edge: Edge) -> Iterator[Mistake]:

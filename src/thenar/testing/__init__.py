@@ -1,11 +1,12 @@
 """For tests of supervisory control, here and elsewhere: slow obvious twins, random models, assertions.
 
-``oracle`` holds the slow twin of every operation, ``extended_oracle`` that of synthesis for extended automata,
+``oracle`` and ``regular_oracle`` hold the slow twins of the operations, ``extended_oracle`` that of synthesis for
+extended automata,
 ``thenar.testing.strategies`` the Hypothesis strategies
 (not imported here: they need ``pip install thenar[testing]``).
 """
 
-from thenar.testing import extended_oracle, oracle
+from thenar.testing import extended_oracle, oracle, regular_oracle
 from thenar.testing.asserts import (
     assert_isomorphic,
     assert_same_languages,
@@ -25,4 +26,5 @@ __all__ = [
     "random_automaton",
     "random_extended_problem",
     "random_problem",
+    "regular_oracle",
 ]

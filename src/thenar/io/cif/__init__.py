@@ -13,9 +13,18 @@ from thenar.io.files import read_bytes
 from thenar.io.parse import decode
 
 if TYPE_CHECKING:
+    from thenar.io.foreign.written import Written
     from thenar.model.extended import ExtendedProblem
+    from thenar.model.problem import Problem
 
-__all__ = ["load", "loads"]
+__all__ = ["dumps", "load", "loads"]
+
+
+def dumps(problem: Problem | ExtendedProblem) -> Written:
+    """Return ``problem`` as a CIF model; see :func:`thenar.io.cif.write.dumps`."""
+    from thenar.io.cif.write import dumps as written
+
+    return written(problem)
 
 
 def load(path: str | os.PathLike[str], search: str | os.PathLike[str] | None = None) -> ExtendedProblem:

@@ -7,7 +7,7 @@ Cutkosky and the human one of Johansson and Westling.
 from __future__ import annotations
 
 from thenar.errors import InputError, UnknownName
-from thenar.library.glr import extended
+from thenar.library.glr import extended, slip
 from thenar.library.glr.automata import adequate, finger, legal, nominal, reference, spec1, spec2, spec3, spec4
 from thenar.library.glr.events import EVENTS, EXTENDED_EVENTS, check_fingers, events
 from thenar.model.problem import Problem
@@ -24,20 +24,22 @@ __all__ = [
     "nominal",
     "problem",
     "reference",
+    "slip",
     "spec1",
     "spec2",
     "spec3",
     "spec4",
+    "timed",
 ]
 
-VARIANTS = ("paper", "extended")
+VARIANTS = ("paper", "extended", "timed")
 
 
 def problem(variant: str = "paper", fingers: int = 2) -> Problem:
     """Return the task: the fingers as plants, the specifications (the third one a finger each).
 
     ``"paper"`` is the paper's; in ``"extended"`` the object can be dropped, a skill can take too long and a finger
-    can touch what it should not, and two more specifications say what must follow.
+    can touch what it should not, and two more specifications say what must follow; ``"timed"`` is :func:`timed`'s.
 
     The paper's task can be done with more ``fingers`` than its two: finger 1 is the thumb, and every other finger is
     its finger 2.
@@ -50,8 +52,8 @@ def problem(variant: str = "paper", fingers: int = 2) -> Problem:
     So no automaton has more than 18 states, and n > 2 fingers need 5 n - 2 of them.  Except for the nine events of the
     object, and four of finger 1 itself, an event concerns one finger, or one and finger 1.
 
-    Raises UnknownName for another variant, InputError for ``"timed"``, which is yet to come, for less than two
-    fingers (one has nothing to be aligned with, and nothing to grip against), and for other than two in ``"extended"``.
+    Raises UnknownName for another variant, InputError for less than two fingers (one has nothing to be aligned with,
+    and nothing to grip against), and for other than two in ``"extended"`` and ``"timed"``.
 
     >>> problem()
     Problem 'glr': 2 plants, 5 specs, 28 events (6 uncontrollable)
@@ -60,16 +62,14 @@ def problem(variant: str = "paper", fingers: int = 2) -> Problem:
     >>> problem(fingers=3)
     Problem 'glr(fingers=3)': 5 plants, 8 specs, 39 events (9 uncontrollable)
     """
-    if variant == "timed":
-        raise InputError("the timed variant of glr needs timed automata, which thenar does not have yet")
     if variant not in VARIANTS:
         raise UnknownName("variant", variant, VARIANTS)
     check_fingers(fingers)
+    if variant != "paper" and fingers != 2:
+        raise InputError(f"the {variant} variant of glr has two fingers, not {fingers}; only the paper's can have more")
+    if variant == "timed":
+        return timed()
     if variant == "extended":
-        if fingers != 2:
-            raise InputError(
-                f"the extended variant of glr has two fingers, not {fingers}; only the paper's can have more"
-            )
         return Problem(
             [extended.finger(1), extended.finger(2)],
             [extended.spec1(), spec2(), spec3(1), spec3(2), spec4(), extended.spec5(), extended.spec6()],
@@ -93,4 +93,31 @@ def problem(variant: str = "paper", fingers: int = 2) -> Problem:
         alphabet=events(fingers),
         description=f"{'Two' if fingers == 2 else fingers} fingers grasp, lift, squeeze and replace an object, "
         "and learn its properties.",
+    )
+
+
+def timed() -> Problem:
+    """Return the paper's task with slip at any time, forcible *inc_gripF** and a clock: section 7 of the paper.
+
+    The self-loop of slip, which the paper had to remove, is back, and specification 4 wants each slip answered by more
+    grip before it comes again.  Without forcing the load may never be applied, for slip might follow; with it, the
+    supervisor answers every slip before the next tick.  Only :func:`supcon_forcing` knows of forcing: to
+    :func:`synthesize` this is a problem like others, with *tick* one more uncontrollable event.
+
+    >>> from thenar.explicit.forcing import supcon_forcing
+    >>> from thenar.synthesis.api import synthesize
+    >>> task = timed()
+    >>> task
+    Problem 'glr(timed)': 3 plants, 5 specs, 29 events (7 uncontrollable)
+    >>> synthesize(task).size.states  # of a supervisor that never applies the load
+    1756
+    >>> supcon_forcing(task.plants, task.specs)
+    ForcingSupervisor: 5,564 states, 17,284 transitions, 3,674 disablements, 162 states in which it forces
+    """
+    return Problem(
+        [slip.finger(1), slip.finger(2), slip.sensor()],
+        [spec1(), spec2(), spec3(1), spec3(2), slip.spec4()],
+        name="glr(timed)",
+        alphabet=slip.TIMED_EVENTS,
+        description="Two fingers grasp, lift, squeeze and replace an object, and answer every slip in time.",
     )
