@@ -240,7 +240,7 @@ NB_MODULE(kernel, m) {
       [](In<u8> text) {
         Words words;
         {
-          nb::gil_scoped_release free;
+          Released free;
           words = words_of(text.data(), static_cast<i64>(text.shape(0)));
         }
         return nb::make_tuple(give(std::move(words.ids)), give(std::move(words.starts)), give(std::move(words.ends)));
