@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from thenar.explicit.cost import CostToGo, cheapest_trace, cost_to_go
     from thenar.explicit.forcing import ForcingSupervisor, is_forcibly_controllable, supcon_forcing
     from thenar.explicit.nondeterminism import determinise
+    from thenar.explicit.reduction import Reduction, localize, supreduce
     from thenar.explicit.regular import (
         concatenation,
         difference,
@@ -55,7 +56,9 @@ if TYPE_CHECKING:
         union,
     )
     from thenar.explicit.relabel import relabel
+    from thenar.explicit.relative import is_relatively_closed, sup_relatively_closed
     from thenar.explicit.strings import count_strings, enabled_after, sample
+    from thenar.explicit.superlanguage import infcon
     from thenar.explicit.timed import is_activity_loop_free, timed
     from thenar.hand.campaign import Campaign, run_campaign
     from thenar.hand.episode import Episode, run_episode
@@ -141,6 +144,9 @@ _HOMES = {
     "thenar.synthesis.simulate": "Status Step random_trace simulate",
     "thenar.synthesis.verify": "Verdict verify",
     "thenar.explicit.relabel": "relabel",
+    "thenar.explicit.reduction": "Reduction localize supreduce",
+    "thenar.explicit.relative": "is_relatively_closed sup_relatively_closed",
+    "thenar.explicit.superlanguage": "infcon",
     "thenar": "library",
 }
 _LATER = {name: home for home, names in _HOMES.items() for name in names.split()}
@@ -175,6 +181,7 @@ __all__ = [
     "ModelError",
     "ModularResult",
     "Problem",
+    "Reduction",
     "Replay",
     "Run",
     "Saved",
@@ -216,6 +223,7 @@ __all__ = [
     "guards",
     "has_bounded_response",
     "html",
+    "infcon",
     "invariant",
     "inverse_project",
     "is_activity_loop_free",
@@ -230,6 +238,7 @@ __all__ = [
     "is_nonblocking",
     "is_nonblocking_under_control",
     "is_nonconflicting",
+    "is_relatively_closed",
     "is_sublanguage",
     "kleene_star",
     "left_quotient",
@@ -237,6 +246,7 @@ __all__ = [
     "lint",
     "load",
     "loads",
+    "localize",
     "longest_burst",
     "meet",
     "mermaid",
@@ -260,9 +270,11 @@ __all__ = [
     "shortest_trace",
     "shuffle",
     "simulate",
+    "sup_relatively_closed",
     "supcon",
     "supcon_forcing",
     "supervised",
+    "supreduce",
     "svg",
     "sync",
     "synthesize",

@@ -167,8 +167,13 @@ def counted(n: int, noun: str) -> str:
     return f"{n:,} {noun}{'s' * (n != 1)}"
 
 
+_COMPARED = 60  # characters of a name for which the nearest is looked for; it takes the cube of them
+
+
 def did_you_mean(name: str, known: Iterable[str]) -> str:
-    """Return ``"; did you mean 'x'?"`` for the known name nearest to ``name``, or the empty string."""
+    """Return ``"; did you mean 'x'?"`` for the known name nearest to ``name``; for none, and a long one, nothing."""
+    if len(name) > _COMPARED:
+        return ""
     near = get_close_matches(name, list(known), n=1, cutoff=0.6)
     return f"; did you mean {near[0]!r}?" if near else ""
 

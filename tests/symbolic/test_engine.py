@@ -1,5 +1,6 @@
 """The symbolic engine: what it finds is what the explicit engine and the slow oracle find, whatever the size."""
 
+import contextlib
 import os
 import signal
 import subprocess
@@ -11,11 +12,17 @@ from random import Random
 import pytest
 
 import thenar
+from thenar._native import kernel
 from thenar.errors import InputError, LimitReached
+from thenar.explicit import exploration
 from thenar.model.automaton import Automaton
-from thenar.model.limits import Limits
+from thenar.model.expressions import parse
+from thenar.model.limits import Limits, Progress
 from thenar.symbolic import levels
+from thenar.symbolic.encode import Encoding
 from thenar.symbolic.order import METHODS
+from thenar.symbolic.synthesis import explore
+from thenar.synthesis import api
 from thenar.synthesis.certificate import statement
 from thenar.testing import extended_oracle
 from thenar.testing.asserts import assert_same_supervisor
@@ -57,6 +64,18 @@ def test_an_extended_problem_is_explained_and_certified_by_its_states(tmp_path: 
     certificate = tmp_path / "apart.cert"
     certificate.write_bytes(thenar.certificate(result))
     assert thenar.verify(certificate, statement(result.plain))
+
+
+def test_more_initial_states_than_can_be_listed_end_at_a_limit() -> None:
+    idle = thenar.ExtendedAutomaton.from_edges("IDLE", [("on", "go", "on")], initial="on", marked=["on"])
+    variables = [thenar.Variable(f"v{k}", range(10), initial=range(10)) for k in range(12)]
+    problem = thenar.ExtendedProblem([idle], [], variables=variables)
+    none = thenar.ExtendedProblem([idle], [], variables=variables, initial=parse("v0 + v1 > 99"))
+    with pytest.raises(LimitReached, match="limit of 20,000 states"):
+        thenar.synthesize(problem, "explicit", limits=Limits(states=20_000))
+    with pytest.raises(LimitReached, match="seconds"):
+        thenar.synthesize(none, "explicit", limits=Limits(seconds=1))
+    assert thenar.synthesize(problem, "symbolic").size.states == 10**12
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -189,6 +208,77 @@ def test_ctrl_c_stops_saturation_at_once() -> None:
         _, err = process.communicate(timeout=20)
         assert time.monotonic() - start < 5  # a fifth of a second on a quiet machine
     assert b"KeyboardInterrupt" in err
+
+
+@pytest.mark.parametrize("engine", ["explicit", "symbolic"])
+def test_python_may_end_while_a_thread_is_at_work(engine: str) -> None:
+    code = (
+        "import thenar, threading, time\n"
+        f"explicit = {engine == 'explicit'}\n"
+        "problem = thenar.library.model('chain(16)') if explicit else thenar.library.glr.problem(fingers=12)\n"
+        f"ask = lambda: thenar.synthesize(problem, {engine!r}, order='model', progress=lambda n, m: None)\n"
+        "threading.Thread(target=ask, daemon=True).start()\n"
+        "time.sleep(0.7)"
+    )
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, timeout=60, check=False)
+    assert (found.returncode, found.stderr) == (0, b"")
+
+
+def test_limits_and_progress_are_those_of_the_synthesis_alone() -> None:
+    calls: list[int] = []
+    for engine in ("symbolic", "auto"):
+        result = thenar.synthesize(
+            thenar.library.model("transfer_line(20)"),
+            engine,
+            limits=Limits(seconds=1.5, bytes=10_000_000),
+            progress=lambda nodes, _: calls.append(nodes),
+        )
+        assert result.symbolic is not None
+        time.sleep(1.5)
+        calls.clear()
+        encoding = result.symbolic.encoding
+        encoding.tick.look(1, 1)  # what asks the clock
+        assert result.size.states == 28**20
+        assert len(thenar.guards(result.symbolic)) == 60
+        assert calls == []
+        assert encoding.forest.max_bytes == (1 << 63) - 1
+
+
+def test_auto_counts_within_less_memory_than_it_solves(monkeypatch: pytest.MonkeyPatch) -> None:
+    problem = thenar.library.model("transfer_line(100)")
+    counted = explore(Encoding(problem, kernel.Ticker()))[0].forest.bytes
+    monkeypatch.setattr(api, "TRIED_BYTES", counted)
+    assert thenar.synthesize(problem).size.states == 28**100
+    assert thenar.synthesize(problem, limits=Limits(bytes=10 * counted)).size.states == 28**100
+    with pytest.raises(LimitReached, match=f"{counted:,} bytes"):
+        thenar.synthesize(problem, limits=Limits(bytes=counted))
+
+
+def test_auto_hands_on_what_is_left_of_the_seconds(monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(LimitReached, match="3 seconds"):
+        kernel.Ticker(seconds=3, spent=4).look(1, 1)
+    spent: list[float] = []
+
+    def ticker(limits: Limits | None, progress: Progress | None, already: float = 0.0) -> kernel.Ticker:
+        spent.append(already)
+        return exploration.ticker(limits, progress, already)
+
+    monkeypatch.setattr(api, "ticker", ticker)
+    assert thenar.synthesize(thenar.library.model("chain(11)")).engine == "explicit"
+    assert 0 == spent[0] < spent[1] < spent[2]  # listed a few, counted, listed all
+
+
+def test_an_order_or_its_reverse_whichever_is_faster() -> None:
+    problem = thenar.library.model("small_factory(500)")
+    found = [thenar.synthesize(problem, "symbolic").symbolic for _ in range(2)]
+    first, second = (s.encoding for s in found if s is not None)
+    assert first.order.tolist() == second.order.tolist()
+    names = [first.parts[k].name for k in first.order]
+    steps = [explore(Encoding(problem, kernel.Ticker(), order=x))[0].forest.work for x in (names, names[::-1])]
+    assert 100 * steps[0] < steps[1]  # taken as it is, an order has no rival
+    for size in range(200_000, 2_000_000, 200_000):  # one of them may have to give up, or both
+        with contextlib.suppress(LimitReached):
+            assert thenar.synthesize(problem, "symbolic", limits=Limits(bytes=size)).size.states == 3 * 4**499
 
 
 def test_large_supervisors_are_not_listed() -> None:

@@ -147,6 +147,15 @@ def images(w: World) -> None:
     w.keep_relation(w.forest.restrict(r, a), {(s, t) for s, t in steps if s in x})
 
 
+def states(w: World) -> None:
+    state, chosen = w.rng.choice(sorted(w.states)), w.rng.choices(w.relations, k=3)
+    row, within = np.array(state, np.uint32), [state in x for _, x in w.sets]
+    assert w.forest.contains(row, [a for a, _ in w.sets]).tolist() == within
+    for a, x in w.sets:
+        led = [any(s == state and t in x for s, t in steps) for _, steps in chosen]
+        assert w.forest.lead_into(a, row, [r for r, _ in chosen]).tolist() == led
+
+
 def relations(w: World) -> None:
     (r, one), (q, other) = w.rng.choices(w.relations, k=2)
     w.keep_relation(w.forest.either(r, q), one | other)
@@ -184,6 +193,7 @@ OPERATIONS: list[Callable[[World], None]] = [
     factors,
     forget,
     images,
+    states,
     relations,
     saturation,
     counting,

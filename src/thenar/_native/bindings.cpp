@@ -59,7 +59,7 @@ std::unique_ptr<PyExploration> explore(std::vector<PyComponent> inputs, In<u8> u
   const u8* first = uncontrollable.data();
   auto made = Exploration::make(std::move(components), std::vector<u8>(first, first + uncontrollable.shape(0)));
   auto result = std::make_unique<PyExploration>(PyExploration{std::move(inputs), std::move(made)});
-  nb::gil_scoped_release free;
+  Released free;
   result->self->run(ticker);
   return result;
 }
@@ -87,7 +87,7 @@ NB_MODULE(kernel, m) {
       .def(
           "__init__",
           [](Ticker* self, std::optional<u64> states, std::optional<u64> transitions, std::optional<u64> bytes,
-             std::optional<double> seconds, nb::object progress) {
+             std::optional<double> seconds, nb::object progress, double spent) {
             Limits limits;
             if (states) limits.states = *states;
             if (transitions) limits.transitions = *transitions;
@@ -95,13 +95,14 @@ NB_MODULE(kernel, m) {
             if (seconds) limits.seconds = *seconds;
             // The ticker owns a reference to the callback; it is made and dropped with the GIL held.
             new (self) Ticker(limits, [progress = std::move(progress)](u64 n_states, u64 n_transitions) {
-              nb::gil_scoped_acquire hold;
-              if (PyErr_CheckSignals()) throw nb::python_error();
-              if (!progress.is_none()) progress(n_states, n_transitions);
-            });
+              with_gil([&] {
+                if (PyErr_CheckSignals()) throw nb::python_error();
+                if (!progress.is_none()) progress(n_states, n_transitions);
+              });
+            }, spent);
           },
           "states"_a = nb::none(), "transitions"_a = nb::none(), "bytes"_a = nb::none(), "seconds"_a = nb::none(),
-          "progress"_a = nb::none())
+          "progress"_a = nb::none(), "spent"_a = 0.0)
       .def(
           "look",
           [](Ticker& ticker, u64 states, u64 transitions) {
@@ -152,7 +153,7 @@ NB_MODULE(kernel, m) {
       .def(
           "fixpoint",
           [](PyExploration& x, Ticker& ticker) {
-            nb::gil_scoped_release free;
+            Released free;
             x.self->fixpoint(ticker);
           },
           "ticker"_a)
@@ -161,7 +162,7 @@ NB_MODULE(kernel, m) {
           [](const PyExploration& x, Ticker& ticker) {
             Extract e;
             {
-              nb::gil_scoped_release free;
+              Released free;
               e = x.self->extract(ticker);
             }
             return nb::make_tuple(give(std::move(e.offsets)), give(std::move(e.events)), give(std::move(e.targets)),
@@ -174,7 +175,7 @@ NB_MODULE(kernel, m) {
           [](const PyExploration& x, Ticker& ticker) {
             std::vector<u8> needed;
             {
-              nb::gil_scoped_release free;
+              Released free;
               needed = x.self->conflict(ticker);
             }
             return give(std::move(needed));
@@ -196,7 +197,7 @@ NB_MODULE(kernel, m) {
              Ticker& ticker) -> std::optional<std::pair<std::vector<i32>, std::vector<i64>>> {
             std::vector<i32> events;
             std::vector<i64> states;
-            nb::gil_scoped_release free;
+            Released free;
             if (!x.self->path(start, goal.data(), inside.data(), uncontrollable_only, ticker, events, states)) return {};
             return std::make_pair(std::move(events), std::move(states));
           },
@@ -208,7 +209,7 @@ NB_MODULE(kernel, m) {
       [](In<i64> offsets, In<i32> events, In<i32> targets, In<u8> goal, Ticker& ticker) {
         std::vector<i32> distance;
         {
-          nb::gil_scoped_release free;
+          Released free;
           distance = distance_to(graph(offsets, events, targets), goal.data(), ticker);
         }
         return give(std::move(distance));
@@ -219,7 +220,7 @@ NB_MODULE(kernel, m) {
       [](In<i64> offsets, In<i32> events, In<i32> targets, i64 initial, In<u8> goal,
          Ticker& ticker) -> std::optional<std::vector<i64>> {
         std::vector<i64> transitions;
-        nb::gil_scoped_release free;
+        Released free;
         if (!shortest_path(graph(offsets, events, targets), initial, goal.data(), ticker, transitions)) return {};
         return transitions;
       },
@@ -229,7 +230,7 @@ NB_MODULE(kernel, m) {
       [](In<i64> offsets, In<i32> events, In<i32> targets, i64 n_events, In<u8> marked, Ticker& ticker) {
         std::vector<i32> block;
         {
-          nb::gil_scoped_release free;
+          Released free;
           block = minimize(graph(offsets, events, targets), n_events, marked.data(), ticker);
         }
         return give(std::move(block));
@@ -240,7 +241,7 @@ NB_MODULE(kernel, m) {
       [](In<u8> text) {
         Words words;
         {
-          nb::gil_scoped_release free;
+          Released free;
           words = words_of(text.data(), static_cast<i64>(text.shape(0)));
         }
         return nb::make_tuple(give(std::move(words.ids)), give(std::move(words.starts)), give(std::move(words.ends)));
@@ -252,7 +253,7 @@ NB_MODULE(kernel, m) {
          Ticker& ticker) {
         Projection p;
         {
-          nb::gil_scoped_release free;
+          Released free;
           p = project(graph(offsets, events, targets), n_events, initial, marked.data(), hidden.data(), ticker);
         }
         return nb::make_tuple(give(std::move(p.offsets)), give(std::move(p.events)), give(std::move(p.targets)),
@@ -265,7 +266,7 @@ NB_MODULE(kernel, m) {
          In<u8> mark, Ticker& ticker) {
         Cells cells;
         {
-          nb::gil_scoped_release free;
+          Released free;
           cells = reduce({graph(offsets, events, targets), static_cast<u64>(n_events), disabled_offsets.data(),
                           disabled.data(), mark.data()},
                          ticker);
@@ -273,12 +274,12 @@ NB_MODULE(kernel, m) {
         return nb::make_tuple(give(std::move(cells.cell)), cells.lower_bound);
       },
       "offsets"_a, "events"_a, "targets"_a, "n_events"_a, "disabled_offsets"_a, "disabled"_a, "mark"_a, "ticker"_a);
-  m.def("random_reads", &random_reads, "n_words"_a, "n_reads"_a, "ticker"_a, nb::call_guard<nb::gil_scoped_release>());
+  m.def("random_reads", &random_reads, "n_words"_a, "n_reads"_a, "ticker"_a, nb::call_guard<Released>());
   m.def(
       "stream",
       [](u64 n_words, Ticker& ticker) {
         const Stream s = stream(n_words, ticker);
         return std::make_pair(s.touch, s.read);
       },
-      "n_words"_a, "ticker"_a, nb::call_guard<nb::gil_scoped_release>());
+      "n_words"_a, "ticker"_a, nb::call_guard<Released>());
 }

@@ -154,8 +154,9 @@ using Hook = std::function<void(u64, u64)>;
 // Keeps a computation within its limits and lets others look in: asks the clock cheaply, calls the hook when it is due.
 class Ticker {
  public:
-  explicit Ticker(const Limits& limits = {}, Hook hook = {})
-      : limits_(limits), hook_(std::move(hook)), start_(Clock::now()), next_(start_ + kPeriod) {}
+  // `spent`: seconds that are gone already.
+  explicit Ticker(const Limits& limits = {}, Hook hook = {}, double spent = 0)
+      : limits_(limits), hook_(std::move(hook)), spent_(spent), start_(Clock::now()), next_(start_ + kPeriod) {}
 
   // Count `work` elementary steps.
   void tick(u64 work, u64 states, u64 transitions) {
@@ -166,7 +167,7 @@ class Ticker {
       next_ = now + kPeriod;
       if (hook_) hook_(states, transitions);
     }
-    if (std::chrono::duration<double>(now - start_).count() > limits_.seconds)
+    if (std::chrono::duration<double>(now - start_).count() + spent_ > limits_.seconds)
       throw LimitHit{"seconds", limits_.seconds, states, transitions};
   }
   void check(u64 states, u64 transitions, u64 bytes) const {
@@ -185,6 +186,7 @@ class Ticker {
   static constexpr u64 kStepsPerLook = 1 << 15;  // about a millisecond of work
   Limits limits_;
   Hook hook_;
+  double spent_;
   Clock::time_point start_, next_;
   u64 credit_ = 0;
 };

@@ -46,7 +46,7 @@ Big product(const Big& x, const Big& y) {
 
 }  // namespace
 
-std::vector<u64> Forest::count(Node set) const {
+std::vector<u64> Forest::count(Node set) {
   std::unordered_map<Node, Big> counts;
   // The count of a node at the given level: levels in between may take any value.
   auto lifted = [&](Node n, u32 level) {
@@ -64,6 +64,7 @@ std::vector<u64> Forest::count(Node set) const {
     Big sum;
     for (u32 i = 0; i < sizes_[level_[n]]; ++i) {
       const Node kid = child(n, level_[n], i);
+      tick();
       if (kid == kEverything) add(sum, everything);
       else if (kid != kNothing) add(sum, lifted(kid, level_[n] - 1));
     }
@@ -87,6 +88,7 @@ class Forest::StepCounter {
     // An edge over several levels crosses the cut above each of them.
     auto cross = [&](Node kid, u32 from, Big weight) {
       for (u32 k = from - 1;; --k) {
+        f_.tick();
         add(ways_[k][kid], weight);
         if (k == f_.level_[kid]) break;
         times(weight, f_.sizes_[k]);
@@ -108,6 +110,7 @@ class Forest::StepCounter {
     Big sum;
     if (r == kNever) return sum;
     pairs_.clear();
+    if (f_.n_levels() == 0) return {1};
     const u32 level = std::max<u32>(f_.relation_level(r), 1);
     for (const auto& [n, ways] : ways_[level]) add(sum, product(ways, pairs(level, n, r, n)));
     return sum;

@@ -14,7 +14,7 @@ void OperationCache::grow() {
 }
 
 Forest::Forest(std::vector<u32> sizes, u64 max_bytes, u64 cache_bytes, u64 collect_at)
-    : free_(sizes.size() + 1), threshold_(collect_at), max_bytes_(max_bytes), cache_(cache_bytes) {
+    : max_bytes(max_bytes), free_(sizes.size() + 1), threshold_(collect_at), cache_(cache_bytes) {
   if (std::find(sizes.begin(), sizes.end(), 0u) != sizes.end()) throw std::invalid_argument("a level without values");
   sizes_.push_back(0);
   sizes_.insert(sizes_.end(), sizes.begin(), sizes.end());
@@ -71,11 +71,11 @@ Node Forest::make(u32 level, const Node* kids) {
 
 u64 Forest::bytes() const {
   return kids_.bytes() + first_.bytes() + level_.bytes() + unique_.size() * sizeof(u32) + cache_.bytes() +
-         pairs_.capacity() * sizeof(Pair);
+         pairs_.capacity() * sizeof(Pair) + seen_.size() * sizeof(u32);
 }
 
 void Forest::check_bytes() const {
-  if (bytes() > max_bytes_) throw LimitHit{"bytes", static_cast<double>(max_bytes_), n_alive_, work};
+  if (bytes() > max_bytes) throw LimitHit{"bytes", static_cast<double>(max_bytes), n_alive_, work};
 }
 
 void Forest::collect() {
@@ -120,10 +120,12 @@ u32 Forest::join_family() {
   return family;
 }
 
-void Forest::leave_family(u32 family) {
-  families_ &= ~(u64{1} << family);
-  const u32 first = kFamily + 4 * family;
-  cache_.sweep([&](const OperationCache::Entry& e) { return (e.a & 255) < first || (e.a & 255) >= first + 4; });
+void Forest::leave_families(u64 which) {
+  families_ &= ~which;
+  cache_.sweep([&](const OperationCache::Entry& e) {
+    const u32 key = e.a & 255;
+    return key < kFamily || !(which >> (key - kFamily) / 4 & 1);
+  });
 }
 
 template <class F>
@@ -259,6 +261,7 @@ Node Forest::replace(Node n, Node old, std::unordered_map<Node, Node>& memo) {
   if (n == old) return kEverything;
   if (n <= kEverything || level_[n] <= level_[old]) return n;
   if (auto known = memo.find(n); known != memo.end()) return known->second;
+  tick();
   const u32 level = level_[n];
   std::vector<Node> kids(sizes_[level]);
   for (u32 i = 0; i < sizes_[level]; ++i) kids[i] = replace(child(n, level, i), old, memo);
@@ -335,14 +338,16 @@ Node Forest::forget(Node set, const std::vector<u8>& levels, std::unordered_map<
   return memo[set] = result;
 }
 
-std::vector<Node> Forest::bottom_up(Node set) const {
+std::vector<Node> Forest::bottom_up(Node set) {
   std::vector<Node> found, open;
-  std::vector<u8> seen(first_.size(), 0);
+  if (++walk_ == 0) seen_.clear(), walk_ = 1;
+  seen_.resize(first_.size(), 0);
   auto reach = [&](Node n) {
-    if (n > 1 && !seen[n]) seen[n] = 1, open.push_back(n), found.push_back(n);
+    if (n > 1 && seen_[n] != walk_) seen_[n] = walk_, open.push_back(n), found.push_back(n);
   };
   reach(set);
   while (!open.empty()) {
+    tick();
     const Node n = open.back();
     open.pop_back();
     for (u32 i = 0; i < sizes_[level_[n]]; ++i) reach(kids_[first_[n] + i]);
@@ -351,9 +356,9 @@ std::vector<Node> Forest::bottom_up(Node set) const {
   return found;
 }
 
-u64 Forest::n_nodes(Node set) const { return bottom_up(set).size(); }
+u64 Forest::n_nodes(Node set) { return bottom_up(set).size(); }
 
-std::vector<u32> Forest::support(Node set) const {
+std::vector<u32> Forest::support(Node set) {
   std::vector<u8> used(sizes_.size(), 0);
   for (Node n : bottom_up(set)) used[level_[n]] = 1;
   std::vector<u32> levels;
@@ -362,7 +367,7 @@ std::vector<u32> Forest::support(Node set) const {
   return levels;
 }
 
-std::vector<u32> Forest::vectors(Node set, u64 limit) const {
+std::vector<u32> Forest::vectors(Node set, u64 limit) {
   std::vector<u32> out, now(n_levels(), 0);
   if (set == kNothing || limit == 0) return out;
   const u32 n = n_levels();
@@ -373,6 +378,7 @@ std::vector<u32> Forest::vectors(Node set, u64 limit) const {
   u64 found = 0;
   while (true) {
     if (level == 0) {
+      tick();
       out.insert(out.end(), now.begin(), now.end());
       if (++found == limit || n == 0) return out;
       ++level;
@@ -393,7 +399,7 @@ std::vector<u32> Forest::vectors(Node set, u64 limit) const {
   }
 }
 
-std::vector<u32> Forest::dump(Node set, std::vector<u32>& order) const {
+std::vector<u32> Forest::dump(Node set, std::vector<u32>& order) {
   std::vector<u32> out;
   std::unordered_map<Node, u32> number{{kNothing, 0}, {kEverything, 1}};
   for (Node n : bottom_up(set)) {

@@ -59,6 +59,9 @@ class OperationCache {
   u64 max_entries_, stored_ = 0;
 };
 
+// Thrown where an operation has taken all the steps that it was given.
+struct OutOfSteps {};
+
 struct Pair {
   u32 from, to;
   Relation next;
@@ -113,30 +116,36 @@ class Forest {
   Relation restrict(Relation r, Node before);       // where `before` holds before
   Relation inverse(Relation r);
   Relation rows(const std::vector<u32>& levels, const u32* before_after, u64 n_rows);  // explicit pairs; levels falling
-  std::vector<u32> relation_support(Relation r) const;
+  std::vector<u32> relation_support(Relation r);
   Node domain(Relation r);
   Node image(Node set, Relation r);
+  bool has_relation(Relation r) const { return r < steps_.size(); }
   u32 relation_level(Relation r) const { return steps_[r].level; }
   const Pair* begin(Relation r) const { return pairs_.data() + steps_[r].first; }
   const Pair* end(Relation r) const { return begin(r) + steps_[r].count; }
 
   // |set| over levels 1 .. n, as little-endian words.
-  std::vector<u64> count(Node set) const;
+  std::vector<u64> count(Node set);
   // How many steps each of `relations` has from `set` to `set`, all together.
   std::vector<u64> count_steps(Node set, const std::vector<Relation>& relations);
-  std::vector<u32> support(Node set) const;
-  u64 n_nodes(Node set) const;
+  std::vector<u32> support(Node set);
+  // The value of each level, levels rising, level 0 unused.
+  using State = std::vector<u32>;
+  bool contains(Node set, const State& state) const;
+  // Which of `relations` have a step from the state into `set`.
+  std::vector<u8> lead_into(Node set, const State& state, const std::vector<Relation>& relations) const;
+  u64 n_nodes(Node set);
   // The vectors of `set` in lexicographic order from the top level, at most `limit` of them: row by row, top first.
-  std::vector<u32> vectors(Node set, u64 limit) const;
+  std::vector<u32> vectors(Node set, u64 limit);
   // The steps of r that leave `from` (a part of `set`) and enter `set`, as numbers of the vectors of `set` in the
   // order of vectors(); `set` has fewer than 2^32 of them.
-  void steps(Node set, Node from, Relation r, std::vector<u32>& sources, std::vector<u32>& targets) const;
+  void steps(Node set, Node from, Relation r, std::vector<u32>& sources, std::vector<u32>& targets);
   // Nodes of `set` bottom-up: (level, kids...) each; what explanations, guards and files are made of.
-  std::vector<u32> dump(Node set, std::vector<u32>& order) const;
+  std::vector<u32> dump(Node set, std::vector<u32>& order);
 
   // Results of different sets of relations are kept apart in the cache by a small number.
   u32 join_family();
-  void leave_family(u32 family);
+  void leave_families(u64 which);  // a bit for each
 
   // Nodes that are referred to from outside, or by an operation in progress, survive a collection.
   void hold(Node n) { if (n > 1) ++held_[n]; }
@@ -150,14 +159,19 @@ class Forest {
   u64 n_collections() const { return n_collections_; }
   u64 bytes() const;
   void check_bytes() const;
-  Ticker* ticker = nullptr;  // of the operation in progress
-  bool busy = false;         // at work on a thread of its own; guarded by the GIL
+  u64 max_bytes;
+  Ticker* ticker = nullptr;       // of the operation in progress
+  std::shared_ptr<Ticker> watch;  // of operations that are given none
+  bool busy = false;              // at work on a thread of its own; guarded by the GIL
   std::vector<Node> dropped_meanwhile;
-  u64 work = 0;
+  u64 left_meanwhile = 0;  // a bit for each family
+  static constexpr u64 kCostOfStep = 8;  // in what a ticker counts
+  u64 work = 0, told = 0, last_step = ~u64{0};
   void tick() {
-    if ((++work & 255) || !ticker) return;
+    if (++work & 255) return;
+    if (work > last_step) throw OutOfSteps();
     check_bytes();
-    ticker->tick(2048, n_alive_, work);
+    if (ticker) ticker->tick(256 * kCostOfStep, n_alive_, work);
   }
 
  private:
@@ -170,9 +184,10 @@ class Forest {
   u64 hash(u32 level, const Node* kids) const;
   Node forget(Node set, const std::vector<u8>& levels, std::unordered_map<Node, Node>& memo);
   Relation rows(const std::vector<u32>& levels, u32 depth, std::vector<const u32*>& pointers, u64 lo, u64 hi);
-  std::vector<Node> bottom_up(Node set) const;
+  std::vector<Node> bottom_up(Node set);
   struct Walk;
   class StepCounter;
+  struct Way;
   Node replace(Node n, Node old, std::unordered_map<Node, Node>& memo);
   Node cover(Node low, Node high, u64 limit, Product& prefix, std::vector<Product>& out);
 
@@ -181,10 +196,12 @@ class Forest {
   Buffer<u32> first_, level_;  // of each node
   std::vector<std::vector<Node>> free_;  // of each level
   std::vector<u32> unique_;
-  u64 n_alive_ = 0, n_peak_ = 0, n_collections_ = 0, threshold_, max_bytes_;
+  u64 n_alive_ = 0, n_peak_ = 0, n_collections_ = 0, threshold_;
   OperationCache cache_;
   std::unordered_map<Node, u32> held_;
   std::vector<Node> stack_;
+  std::vector<u32> seen_;  // of each node the last walk that came by
+  u32 walk_ = 0;
   u64 families_ = 0;
 
   struct Step {
@@ -199,6 +216,21 @@ class Forest {
   Relation join(Relation a, Relation b, Memo& memo);
   Relation either(Relation a, Relation b, Memo& memo);
   Relation restrict(Relation r, Node before, Memo& memo);
+};
+
+// Gives operations a number of steps, or what is left of those they have, as long as it lives.
+class StepBudget {
+ public:
+  StepBudget(Forest& forest, u64 steps) : forest_(forest), before_(forest.last_step) {
+    if (steps < before_ - forest.work) forest.last_step = forest.work + steps;
+  }
+  ~StepBudget() { forest_.last_step = before_; }
+  StepBudget(const StepBudget&) = delete;
+  StepBudget& operator=(const StepBudget&) = delete;
+
+ private:
+  Forest& forest_;
+  const u64 before_;
 };
 
 // Keeps nodes alive while an operation is at work on them.

@@ -1,6 +1,7 @@
 """Kernels over int arrays; masks are (n,) uint8, automata compressed sparse rows as in thenar.model."""
 
 from collections.abc import Callable, Sequence
+from typing import overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,7 +9,8 @@ from numpy.typing import NDArray
 class Ticker:
     """Limits of one computation, and what it calls a few times a second with (states, transitions) found so far.
 
-    The computation raises LimitReached at a limit, and whatever the callback raises.
+    The computation raises LimitReached at a limit, and whatever the callback raises.  ``spent``: seconds of the limit
+    that are gone already.
     """
 
     def __init__(
@@ -18,6 +20,7 @@ class Ticker:
         bytes: int | None = None,
         seconds: float | None = None,
         progress: Callable[[int, int], object] | None = None,
+        spent: float = 0.0,
     ) -> None: ...
     def look(self, states: int, transitions: int) -> None:
         """Do what a kernel does now and then: stop at a limit, call back when it is time."""
@@ -195,7 +198,11 @@ class Set:
 class Saturation:
     """A fixed set of relations, applied until nothing new is found."""
 
+    @overload
     def __call__(self, start: Set, within: Set, ticker: Ticker) -> Set: ...
+    @overload
+    def __call__(self, start: Set, within: Set, ticker: Ticker, steps: int | None) -> Set | None:
+        """What the relations lead to from ``start`` within ``within``; None if ``steps`` are not enough to find out."""
 
 class Forest:
     """Decision diagrams over levels 1 .. len(sizes) with ``sizes[k - 1]`` values at level k.
@@ -216,7 +223,15 @@ class Forest:
     @property
     def collections(self) -> int: ...
     @property
+    def work(self) -> int:
+        """Steps taken so far: operations on nodes whose result was not known."""
+
+    @property
     def bytes(self) -> int: ...
+    max_bytes: int
+    def watched_by(self, ticker: Ticker) -> None:
+        """Let ``ticker`` stop operations that are given none, if they are long."""
+
     def collect(self) -> None: ...
     def literal(self, level: int, mask: NDArray[np.uint8]) -> Set: ...
     def table(self, levels: Sequence[int], truth: NDArray[np.uint8]) -> Set:
@@ -241,6 +256,12 @@ class Forest:
     def image(self, set: Set, relation: int) -> Set: ...
     def count_steps(self, set: Set, relations: Sequence[int], ticker: Ticker) -> int:
         """How many steps the relations have within ``set``, all together and exactly."""
+
+    def contains(self, state: NDArray[np.uint32], sets: Sequence[Set]) -> NDArray[np.uint8]:
+        """Which of ``sets`` have this state in them: the value of each level, the top one first."""
+
+    def lead_into(self, set: Set, state: NDArray[np.uint32], relations: Sequence[int]) -> NDArray[np.uint8]:
+        """Which of ``relations`` have a step from this state into ``set``."""
 
     def steps(self, set: Set, part: Set, relation: int) -> tuple[NDArray[np.uint32], NDArray[np.uint32]]:
         """Sources and targets of the steps from ``part`` (of ``set``) to ``set``, numbered as ``set.vectors`` are."""

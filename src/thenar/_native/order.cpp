@@ -206,46 +206,60 @@ Order sloan(const Hypergraph& g) {
   return order;
 }
 
-// The best permutation of each few neighbours in turn.
+// The best permutation of each few neighbours in turn. Of an edge only its ends and its members in the window matter.
 Order sliding_window(const Hypergraph& g, Order order, Ticker& ticker) {
   constexpr u32 kWindow = 4;
   if (g.n_vertices < 2) return order;
   const u32 width = std::min(kWindow, g.n_vertices);
   const Incidence own(g);
-  Order at = positions(order);
+  const Order at = positions(order);
+  std::vector<u32> first(g.n_edges(), kNone), last(g.n_edges(), 0);  // places of the ends of each edge
+  for (u64 e = 0; e < g.n_edges(); ++e)
+    for (i64 k = g.offsets[e]; k < g.offsets[e + 1]; ++k) {
+      first[e] = std::min(first[e], at[g.members[k]]);
+      last[e] = std::max(last[e], at[g.members[k]]);
+    }
   std::vector<u32> edges;
-  std::vector<u64> seen(g.n_edges(), ~u64{0});
+  std::vector<u8> inside(g.n_edges(), 0);  // which vertices of the window are members
+  std::array<u32, kWindow> index;          // the vertex at each place of the window
   for (u32 lo = 0; lo + width <= g.n_vertices; ++lo) {
     edges.clear();
-    u64 size = 0;
-    for (u32 k = lo; k < lo + width; ++k)
-      for (i64 j = own.offsets[order[k]]; j < own.offsets[order[k] + 1]; ++j)
-        if (const u32 e = own.edges[j]; seen[e] != lo) seen[e] = lo, edges.push_back(e), size += g.offsets[e + 1] - g.offsets[e];
-    auto span = [&] {
-      i64 sum = 0;
-      for (u32 e : edges) {
-        u32 first = kNone, last = 0;
-        for (i64 k = g.offsets[e]; k < g.offsets[e + 1]; ++k) {
-          first = std::min(first, at[g.members[k]]);
-          last = std::max(last, at[g.members[k]]);
-        }
-        sum += last - first;
+    for (u32 k = 0; k < width; ++k)
+      for (i64 j = own.offsets[order[lo + k]]; j < own.offsets[order[lo + k] + 1]; ++j) {
+        const u32 e = own.edges[j];
+        if (!inside[e]) edges.push_back(e);
+        inside[e] |= static_cast<u8>(1u << k);
       }
-      return sum;
+    // Where the edge begins and ends with the window in the order of `index`; further ends stay.
+    auto begin = [&](u32 e) {
+      if (first[e] < lo) return first[e];
+      u32 k = 0;
+      while (!(inside[e] >> index[k] & 1)) ++k;
+      return lo + k;
     };
-    Order window(order.begin() + lo, order.begin() + lo + width), best = window;
-    i64 least = span();
-    std::vector<u32> index(width);
+    auto end = [&](u32 e) {
+      if (last[e] >= lo + width) return last[e];
+      u32 k = width - 1;
+      while (!(inside[e] >> index[k] & 1)) --k;
+      return lo + k;
+    };
     std::iota(index.begin(), index.end(), 0);
-    while (std::next_permutation(index.begin(), index.end())) {
-      for (u32 k = 0; k < width; ++k) at[window[index[k]]] = lo + k;
-      ticker.tick(size, 0, 0);
-      if (const i64 now = span(); now < least) {
-        least = now;
-        for (u32 k = 0; k < width; ++k) best[k] = window[index[k]];
-      }
+    std::array<u32, kWindow> best = index;
+    i64 least = -1;
+    do {
+      ticker.tick(edges.size(), 0, 0);
+      i64 span = 0;
+      for (u32 e : edges) span += end(e) - begin(e);
+      if (least < 0 || span < least) least = span, best = index;
+    } while (std::next_permutation(index.begin(), index.begin() + width));
+    index = best;
+    for (u32 e : edges) {
+      const u32 from = begin(e), to = end(e);
+      first[e] = from, last[e] = to;
+      inside[e] = 0;
     }
-    for (u32 k = 0; k < width; ++k) at[order[lo + k] = best[k]] = lo + k;
+    const Order window(order.begin() + lo, order.begin() + lo + width);
+    for (u32 k = 0; k < width; ++k) order[lo + k] = window[best[k]];
   }
   return order;
 }

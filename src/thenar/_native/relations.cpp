@@ -55,8 +55,8 @@ Relation Forest::join(Relation a, Relation b, Memo& memo) {
   if (b == kIdentity) return a;
   if (relation_level(a) < relation_level(b)) std::swap(a, b);
   if (relation_level(a) == relation_level(b)) throw std::invalid_argument("relations to be joined move the same level");
-  const auto [known, is_new] = memo.try_emplace(both(a, b), kNever);
-  if (!is_new) return known->second;
+  if (auto known = memo.find(both(a, b)); known != memo.end()) return known->second;
+  tick();
   std::vector<Pair> pairs{begin(a), end(a)};
   for (Pair& p : pairs) p.next = join(p.next, b, memo);
   return memo[both(a, b)] = step(relation_level(a), std::move(pairs));
@@ -72,6 +72,7 @@ Relation Forest::either(Relation a, Relation b, Memo& memo) {
   if (a == kNever) return b;
   if (a > b) std::swap(a, b);
   if (auto known = memo.find(both(a, b)); known != memo.end()) return known->second;
+  tick();
   const u32 level = std::max(relation_level(a), relation_level(b));
   std::vector<Pair> pairs = pairs_at(*this, a, level), others = pairs_at(*this, b, level), merged;
   pairs.insert(pairs.end(), others.begin(), others.end());
@@ -94,6 +95,7 @@ Relation Forest::restrict(Relation r, Node before, Memo& memo) {
   if (r == kNever || before == kNothing) return kNever;
   if (before == kEverything) return r;
   if (auto known = memo.find(both(r, before)); known != memo.end()) return known->second;
+  tick();
   const u32 level = std::max(relation_level(r), level_[before]);
   std::vector<Pair> pairs = pairs_at(*this, r, level);
   for (Pair& p : pairs) p.next = restrict(p.next, child(before, level, p.from), memo);
@@ -103,6 +105,7 @@ Relation Forest::restrict(Relation r, Node before, Memo& memo) {
 Relation Forest::inverse(Relation r) {
   if (r <= kIdentity) return r;
   if (auto known = inverses_.find(r); known != inverses_.end()) return known->second;
+  tick();
   std::vector<Pair> pairs{begin(r), end(r)};
   for (Pair& p : pairs) {
     std::swap(p.from, p.to);
@@ -124,6 +127,7 @@ Relation Forest::rows(const std::vector<u32>& levels, const u32* before_after, u
 Relation Forest::rows(const std::vector<u32>& levels, u32 depth, std::vector<const u32*>& pointers, u64 lo, u64 hi) {
   if (lo == hi) return kNever;
   if (depth == levels.size()) return kIdentity;
+  tick();
   std::vector<Pair> pairs;
   while (lo < hi) {
     const u32 from = pointers[lo][2 * depth], to = pointers[lo][2 * depth + 1];
@@ -135,7 +139,7 @@ Relation Forest::rows(const std::vector<u32>& levels, u32 depth, std::vector<con
   return step(levels[depth], std::move(pairs));
 }
 
-std::vector<u32> Forest::relation_support(Relation r) const {
+std::vector<u32> Forest::relation_support(Relation r) {
   std::vector<u32> levels;
   std::vector<Relation> open{r};
   std::unordered_map<Relation, bool> seen;
@@ -143,6 +147,7 @@ std::vector<u32> Forest::relation_support(Relation r) const {
     const Relation next = open.back();
     open.pop_back();
     if (next <= kIdentity || !seen.emplace(next, true).second) continue;
+    tick();
     levels.push_back(relation_level(next));
     for (const Pair* p = begin(next); p != end(next); ++p) open.push_back(p->next);
   }
@@ -154,6 +159,7 @@ std::vector<u32> Forest::relation_support(Relation r) const {
 Node Forest::domain(Relation r) {
   if (r <= kIdentity) return r;  // never: nothing; the identity: everything
   if (auto known = domains_.find(r); known != domains_.end()) return known->second;
+  tick();
   const u32 level = relation_level(r);
   std::vector<Node> kids(sizes_[level], kNothing);
   for (u64 k = 0; k < steps_[r].count; ++k) {
@@ -182,9 +188,50 @@ Node Forest::image(Node set, Relation r) {
   return result;
 }
 
+bool Forest::contains(Node set, const State& state) const {
+  while (set > kEverything) set = child(set, level_[set], state[level_[set]]);
+  return set == kEverything;
+}
+
+// From one state into a set: above the topmost level of a relation the way is that of the state itself, and where it
+// comes back to that one below, the end is known.
+struct Forest::Way {
+  const Forest& f;
+  const State& state;
+  std::vector<Node> at;  // where the state itself is on its way down, at each level or the next one below
+
+  Way(const Forest& f, Node set, const State& state) : f(f), state(state), at(f.n_levels() + 1) {
+    for (u32 level = f.n_levels(); level > 0; --level) {
+      at[level] = set;
+      set = f.child(set, level, state[level]);
+    }
+    at[0] = set;
+  }
+  bool leads(Node n, Relation r) const {
+    while (n != kNothing && r != kNever) {
+      if (r == kIdentity && (n == kEverything || at[f.level_[n]] == n)) return n == kEverything || at[0] == kEverything;
+      const u32 moved = f.relation_level(r), level = std::max(f.level_[n], moved);
+      if (moved == level) {
+        for (const Pair* p = f.begin(r); p != f.end(r); ++p)
+          if (p->from == state[level] && leads(f.child(n, level, p->to), p->next)) return true;
+        return false;
+      }
+      n = f.child(n, level, state[level]);
+    }
+    return false;
+  }
+};
+
+std::vector<u8> Forest::lead_into(Node set, const State& state, const std::vector<Relation>& relations) const {
+  const Way way(*this, set, state);
+  std::vector<u8> found;
+  for (Relation r : relations) found.push_back(way.leads(way.at[relation_level(r)], r));
+  return found;
+}
+
 // One way down through a set twice (before and after), a part of it and a relation, counting what lies to the left.
 struct Forest::Walk {
-  const Forest& f;
+  Forest& f;
   std::unordered_map<Node, u64> sizes;  // vectors over the levels up to the node's own
   std::vector<u32>&sources, &targets;
 
@@ -196,6 +243,7 @@ struct Forest::Walk {
   }
   void down(u32 level, Node from, Node before, Relation r, Node after, u64 source, u64 target) {
     if (from == kNothing || after == kNothing || r == kNever) return;
+    f.tick();
     if (level == 0) {
       sources.push_back(static_cast<u32>(source));
       targets.push_back(static_cast<u32>(target));
@@ -218,7 +266,7 @@ struct Forest::Walk {
   }
 };
 
-void Forest::steps(Node set, Node from, Relation r, std::vector<u32>& sources, std::vector<u32>& targets) const {
+void Forest::steps(Node set, Node from, Relation r, std::vector<u32>& sources, std::vector<u32>& targets) {
   Walk walk{*this, {}, sources, targets};
   for (Node n : bottom_up(set)) {
     u64 size = 0;

@@ -9,7 +9,11 @@ namespace thenar {
 class Saturation {
  public:
   Saturation(Forest& forest, const std::vector<Relation>& relations);
-  ~Saturation() { f_.leave_family(family_); }
+  ~Saturation() {
+    const u64 own = u64{1} << family_;
+    if (f_.busy) f_.left_meanwhile |= own;  // a thread of its own may be looking at the cache
+    else f_.leave_families(own);
+  }
   Saturation(const Saturation&) = delete;
   Saturation& operator=(const Saturation&) = delete;
   // The least set that contains start ∩ within and is closed, within `within`, under the relations.

@@ -17,6 +17,7 @@ from thenar.cli import ask, campaign, look, replay, run, synth
 from thenar.cli.convert import convert, formats
 from thenar.cli.lint import lint
 from thenar.cli.modular import modular
+from thenar.cli.reduce import reduce
 from thenar.errors import InputError, LimitReached
 
 __all__ = ["cli", "main"]
@@ -38,6 +39,7 @@ def cli() -> None:
 for command in (
     synth.synth,
     modular,
+    reduce,
     synth.check,
     lint,
     synth.verify,

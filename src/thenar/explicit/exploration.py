@@ -39,10 +39,10 @@ def common_alphabet(automata: Sequence[Automaton]) -> Alphabet:
     return merge([a.alphabet for a in automata], [a.name or "an automaton without a name" for a in automata])
 
 
-def ticker(limits: Limits | None = None, progress: Progress | None = None) -> kernel.Ticker:
-    """Start the clock of one computation."""
+def ticker(limits: Limits | None = None, progress: Progress | None = None, spent: float = 0.0) -> kernel.Ticker:
+    """Start the clock of one computation, or of a part of one that has ``spent`` seconds already."""
     bounds = limits or Limits()
-    return kernel.Ticker(bounds.states, bounds.transitions, bounds.bytes, bounds.seconds, progress)
+    return kernel.Ticker(bounds.states, bounds.transitions, bounds.bytes, bounds.seconds, progress, spent)
 
 
 class Exploration:

@@ -26,6 +26,7 @@ Rows: TypeAlias = NDArray[np.int64]
 
 START, BROKEN = "start", "requirement"  # events that no model has: their names hold a character that none may hold
 CHOICE = "choice"
+CHUNK = 1 << 14  # combinations of initial states and values that are looked at together
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,11 +72,13 @@ class _Found:
     source: list[NDArray[np.int64]] = field(default_factory=list)
     event: list[NDArray[np.int64]] = field(default_factory=list)
     target: list[NDArray[np.int64]] = field(default_factory=list)
+    n: int = 0
 
     def add(self, source: NDArray[np.int64], event: int, target: NDArray[np.int64]) -> None:
         self.source.append(source)
         self.event.append(np.full(len(source), event, np.int64))
         self.target.append(target)
+        self.n += len(source)
 
     def columns(self) -> Rows:
         parts = (np.concatenate(c) if c else np.zeros(0, np.int64) for c in (self.source, self.event, self.target))
@@ -88,6 +91,8 @@ class _Flattening:
         names = [*(a.name for a in problem.automata), *(v.name for v in problem.variables)]
         self.column = {name: k for k, name in enumerate(names)}
         self.codes = [np.array([_code(x) for x in v.values]) for v in problem.variables]
+        by_code = [np.argsort(codes, kind="stable") for codes in self.codes]
+        self.rising = [(codes[order], order) for codes, order in zip(self.codes, by_code, strict=True)]
         self.n_automata = len(problem.automata)
         self.state_number = [{s: k for k, s in enumerate(a.states)} for a in problem.automata]
         self.edges = [_edges_by_event(a) for a in problem.automata]
@@ -141,12 +146,11 @@ class _Flattening:
                 targets[:, k] = edge.target
                 for variable, new in edge.updates:
                     column = self.column[variable]
-                    codes = self.codes[column - self.n_automata]
+                    rising, position = self.rising[column - self.n_automata]
                     values = np.broadcast_to(self.value(new, rows[at]), len(at))
-                    order = np.argsort(codes, kind="stable")
-                    place = np.minimum(np.searchsorted(codes[order], values), len(codes) - 1)
-                    fits &= codes[order][place] == values
-                    targets[:, column] = order[place]
+                    place = np.minimum(np.searchsorted(rising, values), len(rising) - 1)
+                    fits &= rising[place] == values
+                    targets[:, column] = position[place]
             yield _Step(at[fits], targets[fits])
 
     def numbered(self, rows: Rows) -> NDArray[np.int64]:
@@ -176,19 +180,18 @@ class _Flattening:
         plants = range(len(problem.plants))
         initial = self.numbered(self.initial_rows())
         plant, spec, bad = _Found(), _Found(), []
-        done = 0
+        done = chunks = 0
         while done < len(self.number):
-            rows = np.concatenate(self.rows) if len(self.rows) > 1 else self.rows[0]
-            self.rows = [rows]
-            first, done = done, len(rows)
-            layer = rows[first:]
+            first, done = done, len(self.number)
+            layer = np.concatenate(self.rows[chunks:])
+            chunks = len(self.rows)
             legal = self.all_hold(problem.spec_conditions, None, layer)
             bad.append(first + np.flatnonzero(~legal))
             possible, allowed = {}, {}
             for k, event in enumerate(problem.alphabet):
                 if not any(event.name in own for own in self.edges):
                     continue
-                self.tick.look(len(self.number), sum(map(len, spec.source)))
+                self.tick.look(len(self.number), spec.n)
                 can = np.zeros(len(layer), np.bool_)
                 for step in self.steps(event, plants, layer):
                     can[step.sources[self.all_hold(problem.plant_conditions, None, step.targets)]] = True
@@ -221,8 +224,14 @@ class _Flattening:
         problem = self.problem
         firsts = [[k for k, first in enumerate(a.initial) if first] for a in problem.automata]
         firsts += [[v.values.index(x) for x in v.initial] for v in problem.variables]
-        rows = np.array(list(itertools.product(*firsts)), np.int64).reshape(-1, len(firsts))
-        return rows[self.truth(problem.initial, rows) & self.all_hold(problem.plant_conditions, None, rows)]
+        found, n = [np.zeros((0, len(firsts)), np.int64)], 0
+        combinations = itertools.product(*firsts)
+        while some := list(itertools.islice(combinations, CHUNK)):  # there may be more than can be listed
+            rows = np.array(some, np.int64)
+            found.append(rows[self.truth(problem.initial, rows) & self.all_hold(problem.plant_conditions, None, rows)])
+            n += len(found[-1])
+            self.tick.look(n, 0)
+        return np.concatenate(found)
 
     def assemble(self, initial: NDArray[np.int64], plant: Rows, spec: Rows, bad: NDArray[np.int64]) -> Flat:
         problem, rows = (

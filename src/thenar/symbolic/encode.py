@@ -17,7 +17,7 @@ from thenar.model.expressions import TRUE, Expression
 from thenar.model.extended import Edge, ExtendedAutomaton, ExtendedProblem
 from thenar.model.limits import Limits
 from thenar.model.problem import Problem
-from thenar.symbolic.levels import Levels, automaton_part, code, variable_part
+from thenar.symbolic.levels import Levels, automaton_part, variable_part
 
 __all__ = ["Encoding", "EventRelation"]
 
@@ -228,7 +228,7 @@ class Encoding(Levels):
             return plain
         parts = [m.part for m in moves if m.guarded]
         moved = {m.part for m in moves}
-        relation = 0
+        relations = []
         for chosen in itertools.product(*choices):
             local = [
                 _Moves(p, np.array([x.source], np.uint32), np.array([x.target], np.uint32))
@@ -240,8 +240,15 @@ class Encoding(Levels):
                 one = self.forest.restrict(self.forest.join(steps, update), where)
                 for x in chosen:
                     one = self.forest.restrict(one, self.predicate(x.guard))
-                relation = self.forest.either(relation, one)
-        return relation
+                relations.append(one)
+        return self._any(relations)
+
+    def _any(self, relations: Sequence[int]) -> int:
+        """Return what any of ``relations`` does, each put together with few others: all that is made is kept."""
+        if len(relations) < 2:
+            return relations[0] if relations else 0
+        half = len(relations) // 2
+        return self.forest.either(self._any(relations[:half]), self._any(relations[half:]))
 
     def _updates(self, updates: Mapping[str, Expression], moved: set[int]) -> list[tuple[kernel.Set, int]]:
         """Return relations that give each variable its new value, each with the states that it is for.
@@ -279,8 +286,8 @@ class Encoding(Levels):
         for k, p in enumerate(parts):
             after = before[k]
             if p in new:
-                codes = {code(v): i for i, v in enumerate(self.parts[p].values)}
-                after = np.array([codes.get(v, -1) for v in new[p].ravel().tolist()])
+                place = self.place(p)
+                after = np.array([place.get(v, -1) for v in new[p].ravel().tolist()])
                 possible &= after >= 0
             columns += [before[k], after]
         rows = np.stack(columns, axis=1)[possible]

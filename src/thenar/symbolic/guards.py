@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from thenar._native import kernel
 from thenar.model.expressions import FALSE, TRUE, At, Constant, Expression, Name, Operation, conjunction
@@ -126,9 +127,8 @@ class _Enabling:
 
     def __init__(self, supervisor: SymbolicSupervisor) -> None:
         self.forest = supervisor.encoding.forest
-        safe = supervisor.safe.simplify(supervisor.reachable)
-        self.safe = [(set(f.support()), f) for f in safe.factors()]
-        self.controlled = [(set(f.support()), f) for f in supervisor.controlled.factors()]
+        self.safe = _Factors(supervisor.safe.simplify(supervisor.reachable))
+        self.controlled = _Factors(supervisor.controlled)
         self.tick, self.invariant = supervisor.encoding.tick, supervisor.encoding.invariant
         self.is_empty = supervisor.is_empty
 
@@ -136,20 +136,31 @@ class _Enabling:
         if self.is_empty:
             return self.forest.nothing
         touched = set(self.forest.relation_support(event.relation))
-        safe = [(levels, f) for levels, f in self.safe if levels & touched]
         back = self.forest.inverse(event.relation)
         # a step that would break an invariant of the plant is none, and so leads to nothing unsafe
-        lost = [self.forest.image(self.invariant - f, back) & event.offered for _, f in safe]
+        lost = [self.forest.image(self.invariant - f, back) & event.offered for f in self.safe(touched)]
         harmful = self.forest.any_of([event.offered - event.allowed, *lost], self.tick)
         if not harmful:
             return self.forest.everything
         spoken_of = touched.union(harmful.support(), event.offered.support())
-        within = [f for levels, f in self.controlled if levels & spoken_of]
+        within = self.controlled(spoken_of)
         off = self.forest.all_of(within, self.tick, harmful)
         if not off:
             return self.forest.everything
-        on = self.forest.all_of(within, self.tick, event.offered) - off
-        return on.simplify(on | off)
+        may = self.forest.all_of(within, self.tick, event.offered)
+        return (may - off).simplify(may)
+
+
+class _Factors:
+    """Sets over separate levels whose intersection is a given one."""
+
+    def __init__(self, states: kernel.Set) -> None:
+        self.factors = states.factors()
+        self.at = {level: k for k, f in enumerate(self.factors) for level in f.support()}
+
+    def __call__(self, levels: Iterable[int]) -> list[kernel.Set]:
+        """Return those that speak of one of ``levels``."""
+        return [self.factors[k] for k in sorted({self.at[level] for level in levels if level in self.at})]
 
 
 class _Writer:
@@ -160,20 +171,31 @@ class _Writer:
         self.definitions: dict[str, Expression] = {}
         self._written: list[Expression] = [FALSE, TRUE]  # by number of a node
         self._numbers: dict[tuple[int, tuple[int, ...]], int] = {}  # of its level and children
+        self._literals: dict[tuple[int, tuple[int, ...]], _Literal] = {}
 
     def write(self, states: kernel.Set) -> Expression:
         """Return a predicate that is true exactly in ``states``."""
         positive = self._sum(states)
         negative = self._sum(~states)
-        if negative is not None and (positive is None or _size(negative) < _size(positive)):
-            return _opposite(negative)
-        return self._decide(states) if positive is None else positive
+        if negative is not None and (positive is None or _terms(negative) < _terms(positive)):
+            return _all([_any([literal.negated for literal in product]) for product in negative])
+        if positive is None:
+            return self._decide(states)
+        return _any([_all([literal.positive for literal in product]) for product in positive])
 
-    def _sum(self, states: kernel.Set) -> Expression | None:
+    def _sum(self, states: kernel.Set) -> list[list[_Literal]] | None:
+        """Return products of literals, one of which holds exactly in ``states``; None if it takes many."""
         products = states.products(states, READABLE)
         if products is None:
             return None
-        return _any([_all([_literal(self._part(level), vs) for level, vs in product]) for product in products])
+        return [[self._literal(level, tuple(vs)) for level, vs in product] for product in products]
+
+    def _literal(self, level: int, values: tuple[int, ...]) -> _Literal:
+        found = self._literals.get((level, values))
+        if found is None:
+            positive = _literal(self._part(level), values)
+            found = self._literals[level, values] = _Literal(positive, _opposite(positive), _size(positive))
+        return found
 
     def _part(self, level: int) -> Part:
         return self.encoding.parts[int(self.encoding.order[len(self.encoding.order) - level])]
@@ -188,20 +210,38 @@ class _Writer:
             first += part.size
             if (level, own) not in self._numbers:
                 self._numbers[level, own] = len(self._written)
-                self._written.append(self._named(part, own))
+                self._written.append(self._named(level, own))
             numbers.append(self._numbers[level, own])
         return self._written[numbers[-1]]
 
-    def _named(self, part: Part, kids: tuple[int, ...]) -> Expression:
+    def _named(self, level: int, kids: tuple[int, ...]) -> Expression:
         by_kid: dict[int, list[int]] = {}
         for value, kid in enumerate(kids):
             by_kid.setdefault(kid, []).append(value)
-        predicate = _any([_all([_literal(part, vs), self._written[kid]]) for kid, vs in by_kid.items() if kid])
+        predicate = _any(
+            [
+                _all([self._literal(level, tuple(values)).positive, self._written[kid]])
+                for kid, values in by_kid.items()
+                if kid
+            ]
+        )
         if _size(predicate) == 1:
             return predicate
         name = f"d{len(self.definitions) + 1}"
         self.definitions[name] = predicate
         return Name(name)
+
+
+class _Literal(NamedTuple):
+    """That a part has one of some values, or none of them; how many terms it takes to say so."""
+
+    positive: Expression
+    negated: Expression
+    size: int
+
+
+def _terms(products: Sequence[Sequence[_Literal]]) -> int:
+    return sum(literal.size for product in products for literal in product)
 
 
 def _literal(part: Part, values: Sequence[int]) -> Expression:
@@ -230,7 +270,7 @@ def _join(operator: str, unit: Expression, parts: Sequence[Expression]) -> Expre
     for p in parts:
         if isinstance(p, Operation) and p.operator == operator:
             flat.extend(p.operands)
-        elif p != unit:
+        elif not isinstance(p, Constant) or p != unit:
             flat.append(p)
     return unit if not flat else flat[0] if len(flat) == 1 else Operation(operator, tuple(flat))
 

@@ -44,26 +44,39 @@ class Part:
 class Levels:
     """A forest of decision diagrams with a level for each of ``parts``.
 
-    ``order`` (n_parts,) lists the parts from the top level down; ``level`` (n_parts,) is the level of each.
+    ``order`` (n_parts,) lists the parts from the top level down, and whether its reverse may be as good is
+    ``reversible``; ``level`` (n_parts,) is the level of each.
     """
 
     def __init__(self, parts: Sequence[Part], tick: kernel.Ticker) -> None:
         self.parts, self.tick = list(parts), tick
         self.number = {p.name: k for k, p in enumerate(self.parts)}
+        self._coded: dict[int, NDArray[np.generic]] = {}
+        self._places: dict[int, dict[int | bool, int]] = {}
 
     def arrange(self, edges: Sequence[Sequence[int]], order: str | Sequence[str], limits: Limits | None) -> None:
         """Put the parts in ``order``; a heuristic keeps those together that are in one of ``edges``."""
-        self.order = self._order(order, edges)
+        self.order, self.reversible = self._order(order, edges)
         n = len(self.parts)
         self.level = np.empty(n, np.int64)
         self.level[self.order] = np.arange(n, 0, -1)
-        bound = (limits or Limits()).bytes
-        most = (1 << 63) - 1 if bound is None else bound
+        most = _most_bytes(limits)
         sizes = np.array([self.parts[k].size for k in self.order[::-1]], np.uint32)
         self.forest = kernel.Forest(sizes, most, min(CACHE_BYTES, most), COLLECT_AT)
+        self.forest.watched_by(self.tick)
         self._sets: dict[Expression, kernel.Set] = {TRUE: self.forest.everything, FALSE: self.forest.nothing}
 
-    def _order(self, order: str | Sequence[str], edges: Sequence[Sequence[int]]) -> NDArray[np.uint32]:
+    def bound(self, limits: Limits | None) -> None:
+        """Let the diagrams grow as large as ``limits`` say from now on."""
+        self.forest.max_bytes = _most_bytes(limits)
+
+    def at_leisure(self) -> None:
+        """Let nothing but Ctrl-C stop what is asked from now on."""
+        self.tick = kernel.Ticker()
+        self.forest.watched_by(self.tick)
+        self.bound(None)
+
+    def _order(self, order: str | Sequence[str], edges: Sequence[Sequence[int]]) -> tuple[NDArray[np.uint32], bool]:
         if isinstance(order, str):
             return find_order(len(self.parts), edges, order, self.tick)
         if sorted(order) != sorted(self.number):
@@ -71,7 +84,7 @@ class Levels:
             raise InputError(
                 f"an order lists every automaton and variable once; look at {', '.join(missing) or 'repetitions'}"
             )
-        return np.array([self.number[name] for name in order], np.uint32)
+        return np.array([self.number[name] for name in order], np.uint32), False
 
     def literal(self, part: int, mask: NDArray[np.bool_]) -> kernel.Set:
         """Return the states in which ``part`` has one of the values with ``mask[value]``."""
@@ -122,6 +135,17 @@ class Levels:
         labels = self.parts[part].labels
         return np.array([labels[q] == state for q in range(len(labels))], np.bool_)
 
+    def _codes(self, part: int) -> NDArray[np.generic]:
+        if part not in self._coded:
+            self._coded[part] = np.array([code(v) for v in self.parts[part].values])
+        return self._coded[part]
+
+    def place(self, part: int) -> dict[int | bool, int]:
+        """Return which value of ``part`` has each code."""
+        if part not in self._places:
+            self._places[part] = {c: k for k, c in enumerate(self._codes(part).tolist())}
+        return self._places[part]
+
     def falling(self, parts: Iterable[int]) -> list[int]:
         """Sort ``parts`` from the top level down."""
         return sorted(parts, key=lambda p: -self.level[p])
@@ -140,16 +164,18 @@ class Levels:
             if isinstance(leaf, Constant):
                 return np.asarray(code(leaf.value))
             part = self.number[leaf.automaton if isinstance(leaf, At) else leaf.name]
-            if isinstance(leaf, At):
-                row: list[int | bool] = (self._at(part, leaf.state)).tolist()
-            else:
-                row = [code(v) for v in self.parts[part].values]
+            row = self._at(part, leaf.state) if isinstance(leaf, At) else self._codes(part)
             shape = [1] * len(parts)
             shape[axis[part]] = len(row)
-            return np.array(row).reshape(shape)
+            return row.reshape(shape)
 
         result: NDArray[np.generic] = np.asarray(evaluate(expression, value))
         return result
+
+
+def _most_bytes(limits: Limits | None) -> int:
+    bound = (limits or Limits()).bytes
+    return (1 << 63) - 1 if bound is None else bound
 
 
 def automaton_part(automaton: Automaton | ExtendedAutomaton) -> Part:

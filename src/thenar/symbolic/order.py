@@ -16,8 +16,15 @@ METHODS = ("auto", "model", "force", "cuthill_mckee", "sloan", "dissection")
 """How to order: the best of all, as the model lists them, or one heuristic."""
 
 
-def find_order(n: int, edges: Iterable[Sequence[int]], method: str, tick: kernel.Ticker) -> NDArray[np.uint32]:
+AS_GOOD = 1.05  # the cost of an order over that of another that says little about which one is better
+
+
+def find_order(
+    n: int, edges: Iterable[Sequence[int]], method: str, tick: kernel.Ticker
+) -> tuple[NDArray[np.uint32], bool]:
     """Return an order of 0 .. n - 1, the top level first, in which each of ``edges`` spans few places.
+
+    Beside it whether its reverse costs about the same, so that only trying both can tell which one is better.
 
     Every heuristic but ``"model"`` is followed by a sliding window; ``"auto"`` takes, of all orders found and
     their reverses, the one of least weighted event span (Siminiceanu and Ciardo 2006).  The same input gives
@@ -27,7 +34,7 @@ def find_order(n: int, edges: Iterable[Sequence[int]], method: str, tick: kernel
         raise InputError(f"unknown order {method!r}{did_you_mean(method, METHODS)}; there are: {', '.join(METHODS)}")
     start = np.arange(n, dtype=np.uint32)
     if method == "model" or n < 2:
-        return start
+        return start, False
     kept = list(dict.fromkeys(tuple(sorted(set(e))) for e in edges))
     kept = [e for e in kept if len(e) > 1]
     offsets = np.cumsum([0, *map(len, kept)], dtype=np.int64)
@@ -45,4 +52,5 @@ def find_order(n: int, edges: Iterable[Sequence[int]], method: str, tick: kernel
         found.append(start)
     both = [np.ascontiguousarray(x) for order in found for x in (order, order[::-1])]
     costs = [run("", order)[2] for order in both]
-    return both[int(np.argmin(costs))]
+    best = int(np.argmin(costs))
+    return both[best], costs[best ^ 1] <= AS_GOOD * costs[best]

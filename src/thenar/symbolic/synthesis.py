@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import cached_property
 from typing import NamedTuple
 
@@ -10,13 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thenar._native import kernel
-from thenar.errors import about, counted
+from thenar.errors import LimitReached, about, counted
 from thenar.model.events import Event
+from thenar.model.limits import Limits
 from thenar.model.supervisor import ControlPattern
 from thenar.model.trace import Trace
 from thenar.symbolic.encode import Encoding, EventRelation
 
-__all__ = ["Removal", "SymbolicSupervisor", "reach", "supremal"]
+__all__ = ["Removal", "SymbolicSupervisor", "explore", "reach", "supremal"]
+
+FIRST_STEPS = 32  # for each part and event: about what it takes to encode the problem once more
+ROOM = 4  # how many times the memory of an encoding its reverse may take
 
 
 class Removal(NamedTuple):
@@ -125,10 +130,19 @@ class SymbolicSupervisor:
         """Return what is enabled, and what the plant could do but is disabled, somewhere in ``states``."""
         enabled: list[Event] = []
         disabled: list[Event] = []
-        for e in self.encoding.events:
-            here = states & e.possible
-            if here:
-                (enabled if self.follow(here, e.name) else disabled).append(self.encoding.alphabet[e.name])
+        forest, events = self.encoding.forest, self.encoding.events
+        first = states.vectors(2)
+        if len(first) == len(self.encoding.parts):  # in one state it is enough to look where each event leads
+            possible = forest.contains(first, [e.possible for e in events])
+            leads = forest.lead_into(self.safe, first, [e.relation for e in events])
+        for k, e in enumerate(events):
+            if len(first) == len(self.encoding.parts) and not (e.choice and possible[k]):
+                may, does = possible[k], leads[k]
+            else:
+                here = states & e.possible
+                may, does = bool(here), bool(here and self.follow(here, e.name))
+            if may:
+                (enabled if does else disabled).append(self.encoding.alphabet[e.name])
         return ControlPattern(tuple(enabled), tuple(disabled))
 
     def __repr__(self) -> str:
@@ -138,10 +152,72 @@ class SymbolicSupervisor:
         return f"SymbolicSupervisor: {about(self.n_states)} states in {nodes}"
 
 
+def explore(encoding: Encoding) -> tuple[Encoding, kernel.Set]:
+    """Return the states that plants and specifications reach, on ``encoding`` or on the same with its levels reversed.
+
+    An order of levels and its reverse may cost the same by any measure of spans, and yet one of them take a hundred
+    times as long.  Where the search for an order says that both are as good, they are given steps by turns, ever more,
+    until one of them has found all states: that takes a few times as long as the better one, and nothing if the first
+    is done soon.  Steps, not seconds: the same problem gets the same order every time.
+    """
+    run = _Run(encoding)
+    if not encoding.reversible:
+        return encoding, run.until_done()
+    steps = FIRST_STEPS * (len(encoding.parts) + len(encoding.events))
+    found = run(steps)
+    if found is None:
+        run, found = _raced(run, steps)
+    return run.encoding, found
+
+
 def reach(encoding: Encoding) -> kernel.Set:
     """Return the states that plants and specifications reach together, by saturation."""
-    forward = encoding.forest.saturation([e.relation for e in encoding.events])
-    return forward(encoding.initial, encoding.invariant, encoding.tick)
+    return _Run(encoding).until_done()
+
+
+class _Run:
+    """A search for all reachable states that can be interrupted and taken up again."""
+
+    def __init__(self, encoding: Encoding) -> None:
+        self.encoding = encoding
+        self.forward = encoding.forest.saturation([e.relation for e in encoding.events])
+
+    def __call__(self, steps: int | None) -> kernel.Set | None:
+        return self.forward(self.encoding.initial, self.encoding.invariant, self.encoding.tick, steps)
+
+    def until_done(self) -> kernel.Set:
+        return self.forward(self.encoding.initial, self.encoding.invariant, self.encoding.tick)
+
+
+def _raced(run: _Run, steps: int) -> tuple[_Run, kernel.Set]:
+    """Return what is done first: ``run``, which had ``steps``, or the same in reverse; one may run out of memory."""
+    encoding = run.encoding
+    most, own = encoding.forest.max_bytes, encoding.forest.bytes
+    names = [encoding.parts[k].name for k in encoding.order[::-1]]
+    runs = [run]
+    with _out_of_memory():
+        room = Limits(bytes=min(ROOM * own, max(0, most - own)))
+        runs.append(_Run(Encoding(encoding.problem, encoding.tick, order=names, limits=room)))
+    while len(runs) > 1:
+        other, run = runs
+        steps *= 2
+        run.encoding.forest.max_bytes = max(0, most - other.encoding.forest.bytes)
+        found, runs = None, [other]
+        with _out_of_memory():
+            found, runs = run(steps), [run, other]
+        run.encoding.forest.max_bytes = most
+        if found is not None:
+            return run, found
+    return runs[0], runs[0].until_done()
+
+
+@contextmanager
+def _out_of_memory() -> Iterator[None]:
+    try:
+        yield
+    except LimitReached as reached:
+        if reached.limit != "bytes":
+            raise
 
 
 def supremal(encoding: Encoding, reachable: kernel.Set) -> SymbolicSupervisor:

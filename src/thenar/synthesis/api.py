@@ -195,6 +195,7 @@ def synthesize(
     if engine not in ("auto", *ENGINES):
         valid = ", ".join(("auto", *ENGINES))
         raise InputError(f"unknown engine {engine!r}{did_you_mean(engine, ENGINES)}; there are: {valid}")
+    start = time.perf_counter()
     if isinstance(problem, Problem) and any(a.is_empty for a in problem.automata):
         return SynthesisResult(problem, "explicit", "an automaton has no states", {})
     if not isinstance(problem, Problem):
@@ -218,34 +219,37 @@ def synthesize(
         except LimitReached as reached:
             if reached.limit not in ("states", "transitions"):
                 raise
-    return _counted(problem, order, limits, progress)
+    return _counted(problem, order, limits, progress, start)
 
 
 def _counted(
-    problem: Problem, order: str | Sequence[str], limits: Limits | None, progress: Progress | None
+    problem: Problem, order: str | Sequence[str], limits: Limits | None, progress: Progress | None, begun: float
 ) -> SynthesisResult:
     """Count the states first: diagrams mostly do that in no time; then take the engine that suits the number."""
     from thenar.symbolic.encode import Encoding
-    from thenar.symbolic.synthesis import reach, supremal
+    from thenar.symbolic.synthesis import explore, supremal
 
     bounds = limits or Limits()
     tried = replace(bounds, bytes=TRIED_BYTES if bounds.bytes is None else min(bounds.bytes, TRIED_BYTES))
     start = time.perf_counter()
     try:
         with _of_diagrams():
-            encoding = Encoding(problem, ticker(tried, progress), order=order, limits=tried)
+            encoding = Encoding(problem, ticker(tried, progress, start - begun), order=order, limits=tried)
             encoded = time.perf_counter()
-            reachable = reach(encoding)
+            encoding, reachable = explore(encoding)
+            n = reachable.count()
     except LimitReached as reached:
         if reached.limit != "bytes":
             raise
-        return _explicit(problem, f"diagrams take more than {TRIED_BYTES >> 20} MiB", limits, progress)
-    n = reachable.count()
+        spent = time.perf_counter() - begun
+        return _explicit(problem, f"diagrams take more than {TRIED_BYTES >> 20} MiB", limits, progress, spent)
     why = f"the product has {about(n)} reachable states"
     if n <= LISTED:
-        return _explicit(problem, why, limits, progress)
+        return _explicit(problem, why, limits, progress, time.perf_counter() - begun)
+    encoding.bound(limits)
     with _of_diagrams():
         supervisor = supremal(encoding, reachable)
+    encoding.at_leisure()
     clock = (start, encoded, time.perf_counter())
     return SynthesisResult(problem, "symbolic", why, _phases(("encode", "saturate"), clock), symbolic=supervisor)
 
@@ -259,13 +263,15 @@ def _flattened(problem: ExtendedProblem, limits: Limits | None, progress: Progre
     seconds = time.perf_counter() - start
     if any(a.is_empty for a in flat.problem.automata):
         return SynthesisResult(problem, "explicit", "asked for", {"flatten": seconds}, flat=flat)
-    found = _explicit(flat.problem, "asked for", limits, progress)
+    found = _explicit(flat.problem, "asked for", limits, progress, seconds)
     return replace(found, problem=problem, flat=flat, timings={"flatten": seconds, **found.timings})
 
 
-def _explicit(problem: Problem, why: str, limits: Limits | None, progress: Progress | None) -> SynthesisResult:
+def _explicit(
+    problem: Problem, why: str, limits: Limits | None, progress: Progress | None, spent: float = 0.0
+) -> SynthesisResult:
     clock = [time.perf_counter()]
-    tick = ticker(limits, progress)
+    tick = ticker(limits, progress, spent)
     evidence = Exploration(problem.plants, problem.specs, problem.alphabet, tick)
     clock.append(time.perf_counter())
     evidence.native.fixpoint(tick)
@@ -285,13 +291,14 @@ def _symbolic(
     progress: Progress | None,
 ) -> SynthesisResult:
     from thenar.symbolic.encode import Encoding
-    from thenar.symbolic.synthesis import reach, supremal
+    from thenar.symbolic.synthesis import explore, supremal
 
     clock = [time.perf_counter()]
     with _of_diagrams():
         encoding = Encoding(problem, ticker(limits, progress), order=order, limits=limits)
         clock.append(time.perf_counter())
-        supervisor = supremal(encoding, reach(encoding))
+        supervisor = supremal(*explore(encoding))
+    supervisor.encoding.at_leisure()
     clock.append(time.perf_counter())
     return SynthesisResult(problem, "symbolic", why, _phases(("encode", "saturate"), clock), symbolic=supervisor)
 

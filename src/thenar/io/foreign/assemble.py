@@ -61,7 +61,7 @@ def assembled(
     if again.any() or len(first) > 1:
         rows = zip(s.tolist(), e.tolist(), t.tolist(), strict=True)
         names = tuple(map(str, range(n))) if isinstance(states, int) else tuple(states)
-        begins = tuple(q in first for q in range(n))
+        begins = tuple(map(set(first).__contains__, range(n)))
         edges = tuple(Edge(*row) for row in rows)
         return ExtendedAutomaton(name, alphabet, names, begins, tuple(mark.tolist()), edges, meaning=meaning)
     offsets = np.zeros(n + 1, np.int64)

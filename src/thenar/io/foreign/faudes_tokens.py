@@ -19,13 +19,16 @@ _TOKEN = re.compile(
     | \+(?P<option> [^+<>]* )\+
     | =(?P<binary> [^=<>]* )=+
     | <!\[CDATA\[(?P<data> .*? )\]\]>
-    | </(?P<end> [^\x00-\x20/<>]+ )[^<>]*>
-    | <(?P<begin> [A-Za-z_:][^\x00-\x20/<>]* )(?P<attributes> [^<>]*? )(?P<empty> /? )>
+    | </(?P<end> [^\x00-\x20/<>]++ )[^<>]*+>
+    | <(?P<begin> [A-Za-z_:][^\x00-\x20/<>]*+ )(?P<attributes> [^<>]*? )(?P<empty> /? )>
     | (?P<word> [^\x00-\x20\x7f<>"'+=%] [^\x00-\x20\x7f<>]* )
     """,
     re.VERBOSE | re.DOTALL,
 )
-_ATTRIBUTE = re.compile(r"""([^\x00-\x20=/]+)[\x00-\x20]*=[\x00-\x20]*(?:"([^"]*)"|'([^']*)'|([^\x00-\x20/]+))""")
+_ATTRIBUTE = re.compile(  # a name begins where the one before ends: else long words take the square of their length
+    r"""(?<![^\x00-\x20=/"'])([^\x00-\x20=/"']++)[\x00-\x20]*+=[\x00-\x20]*+"""
+    r"""(?:"([^"]*+)"|'([^']*+)'|([^\x00-\x20/]++))"""
+)
 _CONTROLS = re.compile(r"[\x00-\x1f\x7f]+")
 _ENTITY = re.compile(r"&(amp|quot|apos|lt|gt);")
 _ENTITIES = {"amp": "&", "quot": '"', "apos": "'", "lt": "<", "gt": ">"}

@@ -158,9 +158,9 @@ class _Reader:
         if tokens.pending is not None:
             return
         sources, events, targets = rows
-        for match in _TRANSITION.finditer(tokens.text, tokens.position):
+        while match := _TRANSITION.match(tokens.text, tokens.position):
             s, e, t = by_index(int(match[1])), event.get(match[2]), by_index(int(match[3]))
-            if match.start() != tokens.position or s is None or e is None or t is None:
+            if s is None or e is None or t is None:
                 break
             sources.append(s)
             events.append(e)

@@ -129,7 +129,7 @@ class Reader:
         value = self.module.value(element, bindings)
         if isinstance(value, int):
             return terms.number(value)
-        if isinstance(value, tuple):
+        if isinstance(value, range | tuple):
             raise TermError("a value is asked for here, and this is a range")
         if value in self.variables:
             return self.variables[value]

@@ -16,6 +16,7 @@ from thenar.io.foreign.xml import Element, fail
 __all__ = ["Part", "Step", "nodes_of", "read_graph"]
 
 MAX_MISTAKES = 100  # more of them say nothing new
+MAX_MEMBERS = 2_000_000  # of all groups of nodes: each has those of the groups in it too
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,12 +188,16 @@ def _members(group: Element) -> Iterator[str]:
 def _inside(groups: dict[str, list[str]], number: dict[str, int], component: Element) -> dict[str, frozenset[int]]:
     """Return the nodes in each group, those of the groups in it included."""
     inside: dict[str, frozenset[int]] = {}
+    looks = 0
     for title, members in groups.items():
         found: set[int] = set()
         met = {title}
         waiting = list(members)
         while waiting:
             member = waiting.pop()
+            looks += 1
+            if looks > MAX_MEMBERS:
+                fail(component, f"the groups of nodes in one another have more than {MAX_MEMBERS:,} members")
             if member in number:
                 found.add(number[member])
             elif member not in groups:

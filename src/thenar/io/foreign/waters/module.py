@@ -13,7 +13,7 @@ from thenar.model.events import Event
 
 __all__ = ["ACCEPTING", "FORBIDDEN", "Bindings", "Module", "Static", "expressions", "identifier"]
 
-Static: TypeAlias = int | str | tuple[int | str, ...]
+Static: TypeAlias = int | str | range | tuple[int | str, ...]
 """What is known from the text: a number, an atom of an enumeration, or a range or set of them."""
 Bindings: TypeAlias = Mapping[str, Static]
 
@@ -92,7 +92,7 @@ class Module:
 
     # -- constants -------------------------------------------------------------------------------------------
 
-    def constant(self, name: str) -> Static | None:
+    def constant(self, name: str, depth: int = 0) -> Static | None:
         """Return the value of the constant called ``name``, None if there is none."""
         if name in self._constants or name not in self._waiting:
             return self._constants.get(name)
@@ -104,7 +104,7 @@ class Module:
         values = expressions(holder)
         if not values:
             fail(alias, f"parameter {name!r} has no value; write a constant, the module is read for itself")
-        self._constants[name] = self.value(values[-1], {})
+        self._constants[name] = self.value(values[-1], {}, depth)
         self._busy.pop()
         return self._constants[name]
 
@@ -118,7 +118,7 @@ class Module:
                 return whole(element)
             case "SimpleIdentifier":
                 name = element.get("Name")
-                known = bindings[name] if name in bindings else self.constant(name)
+                known = bindings[name] if name in bindings else self.constant(name, depth + 1)
                 return name if known is None else known
             case "IndexedIdentifier" | "QualifiedIdentifier":
                 return self.name(element, bindings, depth)
@@ -137,7 +137,7 @@ class Module:
                 if operator == "..":
                     if b - a >= MAX_RANGE:
                         fail(element, f"the range {a}..{b} has more than {MAX_RANGE:,} values")
-                    return tuple(range(a, b + 1))
+                    return range(a, b + 1)
                 if operator not in _STATIC or (operator in "/%" and not b):
                     fail(element, f"cannot be worked out: {a} {operator} {b}")
                 result = _STATIC[operator](a, b)
@@ -155,12 +155,12 @@ class Module:
             fail(element, f"a number is asked for here, and {value!r} is none; is a constant missing?")
         return value
 
-    def range(self, element: Element, bindings: Bindings) -> tuple[int | str, ...]:
+    def range(self, element: Element, bindings: Bindings) -> Sequence[int | str]:
         """Return the values of a range or set, in order, each once."""
         value = self.value(element, bindings)
-        if not isinstance(value, tuple):
+        if not isinstance(value, range | tuple):
             fail(element, f"a range is asked for here, and {value!r} is none; is a constant missing?")
-        return tuple(dict.fromkeys(value))
+        return value if isinstance(value, range) else tuple(dict.fromkeys(value))
 
     def name(self, element: Element, bindings: Bindings, depth: int = 0) -> str:
         """Return what an identifier is called, its indexes worked out: ``R[1].x``."""
@@ -170,7 +170,7 @@ class Module:
             case "IndexedIdentifier":
                 indexes = [self.value(p, bindings, depth + 1) for p in expressions(element)]
                 for i in indexes:
-                    if isinstance(i, tuple):
+                    if isinstance(i, range | tuple):
                         fail(element, "an index is a number or an atom, and this one is a range")
                 return element.get("Name") + "".join(f"[{i}]" for i in indexes)
             case "QualifiedIdentifier" if depth < MAX_DEPTH:
@@ -227,7 +227,7 @@ class Module:
             fail(element, f"the events up to here are more than {MAX_EVENTS:,}")
         if ranges:
             self._arrays[name] = []
-        for indexes in product(*ranges):
+        for indexes in product(*ranges) if count else ():  # it would list all ranges first
             full = name
             for i in indexes:
                 self._arrays.setdefault(full, [])

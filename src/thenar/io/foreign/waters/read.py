@@ -153,11 +153,11 @@ class _Builder:
         if not given:
             fail(component, f"variable {name!r} has no range")
         domain = self.module.range(given[0], bindings)
-        if len({type(v) for v in domain}) != 1:
-            fail(given[0], f"the range of {name!r} has no value" if not domain else "a range of numbers and atoms")
         if sum(len(v[3]) for v in self.variables) + len(domain) > MAX_VALUES:
             fail(given[0], f"the variables up to here have more than {MAX_VALUES:,} values")
-        return domain
+        if len({type(v) for v in domain}) != 1:
+            fail(given[0], f"the range of {name!r} has no value" if not domain else "a range of numbers and atoms")
+        return tuple(domain)
 
     def _reader(self) -> Reader:
         automata = {name: dict.fromkeys(nodes_of(element)) for name, _, element, _ in self.graphs}
