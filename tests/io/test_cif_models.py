@@ -44,7 +44,6 @@ REFUSED = {
     "tests_eventbased/automaton_abstraction/empty_automaton.cif": NO_INITIAL,
     "tests_eventbased/automaton_abstraction/marked_and_nonmarked.cif": NO_INITIAL,
     "tests_eventbased/controllability_check/evt_non_ctrl.cif": NO_KIND,
-    "tests_eventbased/controllability_check/no_plant.cif": NO_PLANT,
     "tests_eventbased/controllability_check/non_deterministic.cif": TAU,
     "tests_eventbased/nfa_to_dfa/empty_automaton.cif": NO_INITIAL,
     "tests_eventbased/nfa_to_dfa/empty_automaton.run.expected.cif": NO_INITIAL,
@@ -56,9 +55,6 @@ REFUSED = {
     "tests_eventbased/trim/empty_file.cif": NO_PLANT,
 }
 """The files that are refused, each with a piece of the sentence that says why."""
-
-SUPERVISORS = {"button", "disjunct1", "disjunct3", "no_requirement", "non_trim", "not_reachable"}  # alone: no plant
-REFUSED |= {f"tests_eventbased/supervisor_synthesis/{name}.run.expected.cif": NO_PLANT for name in SUPERVISORS}
 
 
 def test_each_model_loads_or_is_refused_in_words() -> None:

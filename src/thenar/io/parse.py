@@ -61,10 +61,6 @@ _SURROGATE = re.compile(r"\\u[dD][89a-fA-F]")
 _TOML_TWICE = ("Cannot overwrite", "Cannot declare", "Cannot mutate", "Duplicate inline table key")
 
 
-class _GivenTwice(Exception):
-    """A key is given twice; where, is found out afterwards."""
-
-
 @dataclass(frozen=True, slots=True)
 class Document:
     """A model file's text; ``source`` is what messages call it."""
@@ -90,12 +86,10 @@ class Document:
             if self.format == "toml":
                 self._check_keys()
                 return tomllib.loads(self.text)
-            data = json.loads(self.text, object_pairs_hook=_object)
+            data = self._json()
             if _SURROGATE.search(self.text):  # two make a character, and one alone makes no text
                 json.dumps(data, ensure_ascii=False).encode()
             return data
-        except _GivenTwice:
-            raise ModelError(self._given_twice()) from None
         except json.JSONDecodeError as error:
             raise self._syntax(error.lineno, error.colno, error.msg, _JSON_ADVICE) from None
         except tomllib.TOMLDecodeError as error:
@@ -126,6 +120,21 @@ class Document:
             in_text = [written.get(path[: k + 1], step) for k, step in enumerate(path)]
             located.add((places.line(in_text), path, what))
         return [Mistake(f"{self.source}:{line}", f"{_words(path)}{what}") for line, path, what in sorted(located)]
+
+    def _json(self) -> Any:
+        """Return what JSON's parser finds; ModelError for keys given twice, once all else is right."""
+        twice = False
+
+        def table(pairs: list[tuple[str, object]]) -> dict[str, object]:
+            nonlocal twice
+            made = dict(pairs)
+            twice |= len(made) < len(pairs)
+            return made
+
+        data = json.loads(self.text, object_pairs_hook=table)
+        if twice:
+            raise ModelError(self._given_twice() or [Mistake(self.source, "a key is given twice; keep one of them")])
+        return data
 
     def _check_keys(self) -> None:
         """Raise ModelError for a key of very many parts."""
@@ -171,13 +180,6 @@ def decode(raw: bytes, source: str) -> str:
     except UnicodeDecodeError as error:
         byte = f"byte 0x{raw[error.start]:02x} at offset {error.start:,}"
         raise InputError(f"{source}: not UTF-8 text: {byte}; save it as UTF-8") from None
-
-
-def _object(pairs: list[tuple[str, object]]) -> dict[str, object]:
-    table = dict(pairs)
-    if len(table) < len(pairs):
-        raise _GivenTwice
-    return table
 
 
 def _words(path: Sequence[str | int]) -> str:

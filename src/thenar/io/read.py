@@ -20,7 +20,7 @@ from thenar.model.expressions import conjunction
 from thenar.model.problem import Problem
 
 if TYPE_CHECKING:
-    from thenar.model.extended import ExtendedAutomaton, ExtendedProblem
+    from thenar.model.extended import Condition, ExtendedAutomaton, ExtendedProblem
 
 __all__ = ["load", "loads"]
 
@@ -37,8 +37,9 @@ def load(
     Several files make one problem.  Our own TOML and JSON files share their events: one declared in one file may be
     used in each.  Of the others, each says all itself.  A format whose files hold one automaton (TCT, libFAUDES, IDES,
     DESUMA, DOT, Mermaid) does not say which automata are specifications: name their files in ``specs``; the others
-    are plants.  Automata of one name are called after their files.  What a format has no words for, such as TCT for
-    names, is read from the table that :func:`save` writes beside the file.  The name is the first that a file gives;
+    are plants.  So are the automata of a CIF or Supremica file that has no plant, unless it is named in ``specs``.
+    Automata of one name are called after their files.  What a format has no words for, such as TCT for names, is read
+    from the table that :func:`save` writes beside the file.  The name is the first that a file gives;
     without one the problem is called after the first file.  See docs/formats.md and docs/model-file.md.
 
     Raises ModelError with every mistake in the files, each with its file and line; AlphabetClash for an event
@@ -136,7 +137,7 @@ def _readable_formats() -> str:
 
 
 def _kind(format: Format, kind: str, source: str) -> str:
-    if kind == "spec" and not format.one:
+    if kind == "spec" and not format.module:
         raise InputError(f"{source}: a file in {format.title} says itself what its automata are; leave it out of specs")
     return kind
 
@@ -186,20 +187,24 @@ def _joined(
     from thenar.model.extended import ExtendedProblem
 
     problems = [piece for _, piece in pieces if not isinstance(piece, _Single)]
-    if len(problems) == len(pieces) == 1 and problems[0].name:
+    if len(problems) == len(pieces) == 1 and problems[0].name and pieces[0][0].kind == "plant":
         return problems[0]
     pieces = _with_flags(pieces)
-    plants: list[Automaton | ExtendedAutomaton] = []
-    specs: list[Automaton | ExtendedAutomaton] = []
+    plants: list[Automaton | ExtendedAutomaton | Condition] = []
+    specs: list[Automaton | ExtendedAutomaton | Condition] = []
     counts = Counter(piece.automaton.name for _, piece in pieces if isinstance(piece, _Single))
     for file, piece in pieces:
         if isinstance(piece, _Single):
             renamed = file.path is not None and counts[piece.automaton.name] > 1
             automaton = replace(piece.automaton, name=file.path.stem) if renamed and file.path else piece.automaton
             (plants if piece.kind == "plant" else specs).append(automaton)
-        else:
-            plants += piece.plants
-            specs += piece.specs
+            continue
+        first = plants if file.kind == "plant" else specs
+        first += piece.plants
+        specs += piece.specs
+        if isinstance(piece, ExtendedProblem):
+            first += piece.plant_conditions
+            specs += piece.spec_conditions
     alphabets = [piece.automaton.alphabet if isinstance(piece, _Single) else piece.alphabet for _, piece in pieces]
     texts: dict[str, Any] = {
         "name": next(filter(None, (problem.name for problem in problems)), otherwise),
@@ -207,12 +212,12 @@ def _joined(
         "alphabet": merge(alphabets, [file.source for file, _ in pieces]),
     }
     extended = [problem for problem in problems if isinstance(problem, ExtendedProblem)]
-    plain = [[a for a in group if isinstance(a, Automaton)] for group in (plants, specs)]
-    if not extended and len(plain[0]) == len(plants) and len(plain[1]) == len(specs):
+    if not extended and all(isinstance(a, Automaton) for a in plants + specs):
+        plain = [[a for a in group if isinstance(a, Automaton)] for group in (plants, specs)]
         return Problem(plain[0], plain[1], **texts)
     return ExtendedProblem(
-        [*plants, *(c for problem in extended for c in problem.plant_conditions)],
-        [*specs, *(c for problem in extended for c in problem.spec_conditions)],
+        plants,
+        specs,
         variables=[v for problem in extended for v in problem.variables],
         initial=conjunction(problem.initial for problem in extended),
         marked=conjunction(problem.marked for problem in extended),

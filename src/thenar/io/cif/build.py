@@ -107,8 +107,9 @@ class _Builder:
         if self.mistakes:
             raise self.wrong()
         order = {e: k for k, e in enumerate(self.events)}
-        plants = [*(p.automaton(order, self.reader) for p in parts if p.scope.kind in _PLANT), *inputs]
-        specs = [p.automaton(order, self.reader) for p in parts if p.scope.kind not in _PLANT]
+        lone = all(p.scope.kind not in _PLANT for p in parts)  # a supervisor, or requirements, in a file of their own
+        plants = [*(p.automaton(order, self.reader) for p in parts if lone or p.scope.kind in _PLANT), *inputs]
+        specs = [p.automaton(order, self.reader) for p in parts if not (lone or p.scope.kind in _PLANT)]
         known = events.merge([a.alphabet for a in [*plants, *specs]])
         names = [*(e.name for e in self.events if e in used), *(a.alphabet[0].name for a in inputs)]
         try:

@@ -42,6 +42,7 @@ def composed(
 ) -> Problem | ExtendedProblem:
     """Return the problem of ``components``; it is an extended one if it has to be.
 
+    Without a plant among them, all are taken as plants: a supervisor, or specifications, in a file of their own.
     In a plain problem a plant with forbidden states becomes the plant and a specification, the plant without them;
     forbidden states of a specification are left away.  In an extended one an invariant says that they are not
     entered.  ``rules`` are further invariants, ``initial`` and ``marked`` predicates of the problem.
@@ -51,6 +52,8 @@ def composed(
     >>> problem.specs
     (Automaton 'G without forbidden states': 2 states (1 marked), 1 transition, 1 event,)
     """
+    if not any(c.is_plant for c in components):
+        components = [replace(c, is_plant=True) for c in components]
     domains = tuple(variables)
     plain = not domains and not rules and initial is None and marked is None
     if plain and all(isinstance(c.automaton, Automaton) for c in components):

@@ -22,25 +22,27 @@ def asked_by(expression: Expression) -> list[At | Name]:
 
 
 def true_for(predicate: Expression, asked: Sequence[At | Name], values: Sequence[Sequence[Value]]) -> NDArray[np.bool_]:
-    """Return where ``predicate`` is true, for all ``values`` of what it asks for, an axis each.
+    """Return where ``predicate`` is true, for all ``values`` of what it asks for; those of the last change fastest.
 
     >>> from thenar.model.expressions import parse
     >>> true_for(parse("n == m"), [Name("n"), Name("m")], [(0, 1), (1, 2)]).tolist()
-    [[False, False], [True, False]]
+    [False, False, True, False]
     """
     codes: dict[str, int] = {}
 
     def coded(value: Value) -> int:
         return codes.setdefault(value, len(codes)) if isinstance(value, str) else value
 
-    columns = np.meshgrid(*(np.array([coded(v) for v in given]) for given in values), indexing="ij")
-    place = dict(zip(asked, columns, strict=True))
+    arrays = [np.array([coded(v) for v in given]) for given in values]
+    axes = [len(given) for given in arrays if len(given) != 1]  # NumPy has 64 at most
+    columns = iter(np.meshgrid(*(given for given in arrays if len(given) != 1), indexing="ij"))
+    place = {leaf: given[0] if len(given) == 1 else next(columns) for leaf, given in zip(asked, arrays, strict=True)}
 
     def known(leaf: Constant | Name | At) -> object:
         return coded(leaf.value) if isinstance(leaf, Constant) else place[leaf]
 
     result = np.asarray(evaluate(predicate, known), np.bool_)
-    return np.broadcast_to(result, [len(given) for given in values])
+    return np.broadcast_to(result, axes).ravel()
 
 
 def holding(values: Sequence[Value], predicate: Expression) -> list[Value]:
@@ -68,7 +70,7 @@ def never_both(guards: Sequence[tuple[int, Expression]], domains: Mapping[str, S
     looks = prod(map(len, values))
     if looks > MAX_LOOKS or looks * len(guards) > MAX_WORK:
         return False
-    owner = np.full([len(given) for given in values], -1)
+    owner = np.full(looks, -1)
     for kind, guard in guards:
         true = true_for(guard, asked, values)
         if (true & (owner >= 0) & (owner != kind)).any():
