@@ -3,10 +3,11 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+SECONDS := 30
 PIP := $(BIN)/pip install --quiet --disable-pip-version-check --constraint constraints.txt
 SOURCES := pyproject.toml constraints.txt CMakeLists.txt $(wildcard src/thenar/_native/*.cpp src/thenar/_native/*.hpp)
 
-.PHONY: demo test lint bench bench-micro docs wheel sanitize clean
+.PHONY: demo test lint bench bench-micro docs wheel sanitize fuzz clean
 
 demo: $(VENV)/.package
 	$(BIN)/thenar run glr
@@ -36,6 +37,10 @@ wheel: $(VENV)/.dev
 sanitize: $(VENV)/.dev
 	bash tests/sanitize.sh
 
+# Every reader of model files, each for SECONDS: make fuzz SECONDS=600.  What is found is kept in out/fuzz.
+fuzz: $(VENV)/.fuzz
+	$(BIN)/python -m tests.fuzz --seconds $(SECONDS)
+
 clean:
 	rm -rf $(VENV) build dist
 
@@ -47,4 +52,8 @@ $(VENV)/.package: $(SOURCES)
 
 $(VENV)/.dev: $(VENV)/.package
 	$(PIP) --editable '.[dev]'
+	@touch $@
+
+$(VENV)/.fuzz: $(VENV)/.dev
+	$(PIP) --editable '.[fuzz]'
 	@touch $@

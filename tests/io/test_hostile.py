@@ -18,10 +18,11 @@ from tests.fuzz.hostile import SECONDS
 from tests.fuzz.seeds import dictionary, seeds, small_seeds
 
 from thenar.errors import InputError
-from thenar.io import load, loads
+from thenar.io import dumps, load, loads
 from thenar.io.foreign import tct
 from thenar.io.formats import FORMATS, Format, format_named
 from thenar.io.side import ENDING
+from thenar.model.extended import ExtendedProblem
 
 ROOT = Path(__file__).parents[2]
 READ = [format for format in FORMATS if format.reads]
@@ -211,6 +212,40 @@ def test_a_hostile_table_of_names_is_read_or_refused(format: Format, tmp_path: P
             messages.append(str(error))
     assert len(messages) > 10
     assert not [message for message in messages if beside.name not in message]
+
+
+@pytest.mark.parametrize("name", ["", " ", "a b", "1", "ε", "true", "and", "open", "n", "a[b]", "\ud800", "x" * DEEP])
+@pytest.mark.parametrize("ending", [".cif", ".wmod"])
+def test_hostile_names_of_a_whole_problem_are_read_or_refused(ending: str, name: str, tmp_path: Path) -> None:
+    file = tmp_path / f"cup{ending}"
+    file.write_bytes(list(small_seeds(format_named(ending[1:])))[1])
+    cup = load(file)
+    assert isinstance(cup, ExtendedProblem)
+    first, *others = cup.variables
+    events = {e: {"name": e} for e in cup.alphabet.names}
+    plain: dict[str, object] = {"events": events, "automata": {a.name: {"name": a.name} for a in cup.automata}}
+    states = {a.name: {"name": a.name, "states": dict.fromkeys(a.states, name)} for a in cup.automata}
+    tables: list[dict[str, object]] = [
+        {"variables": {first.name: name}},
+        {"variables": dict.fromkeys([v.name for v in cup.variables], name)},
+        {"literals": dict.fromkeys(map(str, others[0].values), name)},
+        {"automata": {a.name: {"name": name} for a in cup.automata}},
+        {"automata": states},
+        {"events": {e: {"name": name} for e in cup.alphabet.names}},
+        {"name": name, "description": name},
+    ]
+    beside = tmp_path / (file.name + ENDING)
+    for table in tables:
+        beside.write_text(json.dumps(plain | table))
+        try:
+            renamed = load(file)
+        except InputError as error:
+            names_the_table = beside.name in str(error)
+        else:
+            names_the_table = True
+            with suppress(InputError):
+                dumps(renamed, "json")
+        assert names_the_table
 
 
 @pytest.mark.parametrize("format", [f for f in READ if f.module], ids=lambda format: format.name)
