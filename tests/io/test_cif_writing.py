@@ -41,7 +41,7 @@ def test_random_extended_problems_have_the_same_supervisor(tmp_path: Path) -> No
 
 
 def test_random_plain_problems_come_back_state_by_state(tmp_path: Path) -> None:
-    for seed in range(100):
+    for seed in range(1_000):
         problem = thenar.ExtendedProblem.of(random_problem(Random(seed)))
         read = again(problem, tmp_path)
         assert read.automata == problem.automata, seed

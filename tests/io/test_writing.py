@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import tomllib
+from random import Random
 from unittest.mock import patch
 
 import numpy as np
@@ -16,6 +17,7 @@ from thenar.io import dumps, loads
 from thenar.model.automaton import Automaton
 from thenar.model.events import Alphabet, Event
 from thenar.model.problem import Problem
+from thenar.testing.random_models import random_problem
 
 FACTORY = Problem(
     Automaton.from_transitions(
@@ -290,3 +292,12 @@ def test_what_the_format_cannot_say_is_refused(model: Problem | Automaton, messa
     with pytest.raises(InputError) as caught:
         dumps(model)
     assert str(caught.value) == message
+
+
+@pytest.mark.parametrize("format", ["toml", "json"])
+def test_a_thousand_random_problems_come_back(format: str) -> None:
+    for seed in range(1_000):
+        problem = random_problem(Random(seed))
+        again = plain(dumps(problem, format), format)
+        assert list(map(content, again.automata)) == list(map(content, problem.automata)), seed
+        assert again.alphabet == problem.alphabet
