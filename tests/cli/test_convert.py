@@ -68,7 +68,7 @@ def test_wrong_words_are_one_message(tmp_path: Path) -> None:
     assert complaint("convert", "small_factory", tmp_path / "x.yaml").startswith(f"{tmp_path}/x.yaml: unknown ending")
     assert complaint("convert", "small_factory", "x.toml", "--to", "tcd") == "unknown format 'tcd'; did you mean 'tct'?"
     assert "is written only" in complaint("convert", "x.hoa", "x.toml")
-    assert "holds one automaton, and there are 3" in complaint("convert", "small_factory", tmp_path / "x.des")
+    assert "holds one automaton, and there are 3" in complaint("convert", "small_factory", tmp_path / "x.DES")
     assert not list(tmp_path.iterdir())
 
 

@@ -34,7 +34,7 @@ def test_what_is_written_controls_alike(tmp_path: Path) -> None:
 
 def test_local_controllers_go_to_a_folder_or_into_one_file(tmp_path: Path) -> None:
     assert run("reduce", "transfer_line", "--local", "-o", tmp_path, "--to", "ads").exit_code == 0
-    assert sorted(f.stem for f in tmp_path.glob("*.ads")) == ["LOC_L1_M1", "LOC_L1_M2", "LOC_L1_TU"]
+    assert sorted(f.stem for f in tmp_path.glob("*.ADS")) == ["LOC_L1_M1", "LOC_L1_M2", "LOC_L1_TU"]
     assert run("reduce", "transfer_line", "--local", "-o", tmp_path / "local.toml").exit_code == 0
     problem = transfer_line()
     local = thenar.load(tmp_path / "local.toml").plants

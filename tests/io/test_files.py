@@ -42,7 +42,7 @@ def test_an_unknown_ending_is_told_the_endings(files_say: Says) -> None:
     files_say(
         {"hand.yaml": "x"},
         "hand.yaml: unknown ending '.yaml'; a model file ends with .toml or .json, another tool's with "
-        ".ads, .cif, .des, .dot, .fsm, .gen, .gv, .hoa, .mermaid, .mmd, .wmod, .xmd, .xml, .xws",
+        ".ADS, .cif, .DES, .dot, .fsm, .gen, .gv, .mermaid, .mmd, .wmod, .xmd, .xml, .xws",
     )
 
 
@@ -50,7 +50,7 @@ def test_a_missing_ending_is_told_the_endings(files_say: Says) -> None:
     files_say(
         {"hand": "x"},
         "hand: no ending; a model file ends with .toml or .json, another tool's with "
-        ".ads, .cif, .des, .dot, .fsm, .gen, .gv, .hoa, .mermaid, .mmd, .wmod, .xmd, .xml, .xws",
+        ".ADS, .cif, .DES, .dot, .fsm, .gen, .gv, .mermaid, .mmd, .wmod, .xmd, .xml, .xws",
     )
 
 

@@ -62,6 +62,33 @@ def test_random_problems_come_back_from_tct_files(tmp_path: Path) -> None:
         assert thenar.synthesize(again).size == thenar.synthesize(problem).size
 
 
+def test_events_keep_their_numbers_in_a_folder(tmp_path: Path) -> None:
+    """TCT puts files together by the numbers of their events: what is written later has to agree."""
+    problem = small_factory()
+    save(problem, tmp_path, "tct")
+    again = load(*sorted(tmp_path.glob("*.DES")))
+    assert isinstance(again, thenar.Problem)
+    save(thenar.synthesize(again).supervisor.automaton, tmp_path / "SUP.DES")
+    tables = [json.loads(file.read_text())["events"] for file in tmp_path.glob("*.names.json")]
+    labels = {(event["name"], label) for table in tables for label, event in table.items()}
+    assert len(labels) == len({name for name, _ in labels}) == len({label for _, label in labels}) == 8
+
+
+def test_a_specification_that_is_named_is_one_whatever_its_table_says(tmp_path: Path) -> None:
+    for automaton in small_factory().automata:
+        save(automaton, tmp_path / f"{automaton.name}.DES")
+    plants = [tmp_path / f"MACHINE{k}.DES" for k in (1, 2)]
+    assert thenar.synthesize(load(*plants, specs=tmp_path / "BUFFER1.DES")).size.states == 12
+
+
+def test_a_folder_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
+    lamp = Automaton.from_transitions(["off -on-> lit"], initial="off", name="A")
+    two = thenar.ExtendedAutomaton.from_edges("B", ["x -a-> y"], initial=["x", "y"])
+    with pytest.raises(InputError, match="starts in 2 states"):
+        save(thenar.ExtendedProblem([lamp, two]), tmp_path, "tct")
+    assert not list(tmp_path.iterdir())
+
+
 def test_states_that_a_writer_adds_are_dropped_again(tmp_path: Path) -> None:
     """TCT knows the events that occur in some transition only; so one that is blocked is looped out of reach."""
     lock = Automaton.from_transitions(["shut -knock-> shut"], initial="shut", alphabet=["open"], name="LOCK")
@@ -120,14 +147,15 @@ def test_automata_of_one_name_are_called_after_their_files(tmp_path: Path) -> No
 @pytest.mark.parametrize(
     ("edit", "message"),
     [
-        ({"states": ["a", "b", "c", "d"]}, "names 4 states, the file has 2"),
+        ({"states": ["a", "b", "c", "d"]}, "is of 2 states, and names 4"),
         ({"events": {"5": {"name": "on"}}}, "has no event '1'"),
         ({"kind": "robot"}, "kind: input should be 'plant' or 'spec'"),
         ({"events": {"1": {"name": 3}}}, "events.1.name: input should be a valid string"),
         ({"states": [1, 2]}, "states.0: input should be a valid string"),
         ({"states": ["a", "a"]}, "two states are called 'a'"),
         ({"events": {"1": {"name": "on"}, "3": {"name": "on"}}}, "duplicate event 'on'"),
-        ({"states": []}, "does not name the initial state"),
+        ({"size": [3, 2]}, "is of 3 states, and the file has 2"),
+        ({"size": [2, 1]}, "is of 1 transitions, and the file has 2"),
     ],
 )
 def test_a_table_that_does_not_fit_its_file_is_refused(tmp_path: Path, edit: dict[str, object], message: str) -> None:

@@ -6,14 +6,16 @@ import contextlib
 import os
 import secrets
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from itertools import islice
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, TypeAlias
 
 from thenar.errors import InputError, did_you_mean
 
-__all__ = ["MAX_BYTES", "atomic_write", "check_writable", "read_bytes", "read_stdin"]
+__all__ = ["MAX_BYTES", "atomic_write", "atomic_write_all", "check_writable", "read_bytes", "read_stdin"]
+
+Data: TypeAlias = bytes | str | Iterable[str] | Iterable[bytes]
 
 MAX_BYTES = 256 * 2**20  # bytes; some millions of transitions, and what a parser still holds in memory
 _CHUNK = 2**20  # bytes read at a time, so that a stream without end stops soon after the limit
@@ -49,7 +51,7 @@ def read_stdin() -> bytes:
     return _read(sys.stdin.buffer, "<stdin>")
 
 
-def atomic_write(path: str | os.PathLike[str], data: bytes | str | Iterable[str] | Iterable[bytes]) -> None:
+def atomic_write(path: str | os.PathLike[str], data: Data) -> None:
     """Write ``data`` (text as UTF-8; whole, or piece by piece) to ``path``: then the file is all new, or untouched.
 
     The data goes to a temporary file in the same folder, which then takes the name ``path`` in one step;
@@ -62,15 +64,60 @@ def atomic_write(path: str | os.PathLike[str], data: bytes | str | Iterable[str]
     >>> file.read_text()
     "name = 'lamp'"
     """
+    atomic_write_all([(path, data)])
+
+
+def atomic_write_all(files: Iterable[tuple[str | os.PathLike[str], Data]]) -> None:
+    """Write several files as :func:`atomic_write` does one: the first takes its name when all are written.
+
+    >>> import tempfile
+    >>> folder = Path(tempfile.mkdtemp())
+    >>> atomic_write_all([(folder / "a", "1"), (folder / "b", "2")])
+    >>> sorted(file.name for file in folder.iterdir())
+    ['a', 'b']
+    """
+    with contextlib.ExitStack() as stack:
+        staged = []
+        for path, data in files:
+            with _complaining(path):
+                target = Path(path).resolve()
+                if target.exists() and not target.is_file() and not target.is_dir():
+                    with target.open("wb") as stream:  # a device or a pipe: taking its name would destroy it
+                        stream.writelines(_bytes(data))
+                else:
+                    staged.append((path, target, _stage(target, _bytes(data), stack)))
+        for path, target, temporary in staged:
+            with _complaining(path):
+                os.replace(temporary, target)
+
+
+def _stage(target: Path, content: Iterable[bytes], stack: contextlib.ExitStack) -> Path:
+    """Write a temporary file beside ``target``, which goes when ``stack`` is closed, and return it."""
+    temporary = target.parent / f".{secrets.token_hex(8)}.tmp"
+    stack.callback(_remove, temporary)
+    with temporary.open("xb") as stream:  # not tempfile: its files are private, a model file is not
+        if target.is_file():
+            temporary.chmod(target.stat().st_mode & 0o7777)
+        stream.writelines(content)
+        stream.flush()
+        os.fsync(stream.fileno())
+    return temporary
+
+
+def _remove(temporary: Path) -> None:
+    with contextlib.suppress(OSError):
+        temporary.unlink(missing_ok=True)
+
+
+def _bytes(data: Data) -> Iterator[bytes]:
     pieces = [data] if isinstance(data, bytes | str) else data
-    content = (piece.encode() if isinstance(piece, str) else piece for piece in pieces)
+    return (piece.encode() if isinstance(piece, str) else piece for piece in pieces)
+
+
+@contextlib.contextmanager
+def _complaining(path: str | os.PathLike[str]) -> Iterator[None]:
     try:
-        target = Path(path).resolve()
-        if target.exists() and not target.is_file() and not target.is_dir():
-            with target.open("wb") as stream:  # a device or a pipe: taking its name would destroy it
-                stream.writelines(content)
-        else:
-            _replace(target, content)
+        yield
     except UnicodeEncodeError as error:
         wrong = error.object[error.start : error.end]
         raise InputError(f"a name has the character {wrong!r}, which UTF-8 does not have; rename it") from None
@@ -92,22 +139,6 @@ def check_writable(path: str | os.PathLike[str]) -> None:
         raise InputError(f"{path}: cannot be written: there is no folder {str(target.parent)!r}")
     if not os.access(target if target.exists() else target.parent, os.W_OK):
         raise InputError(f"{path}: cannot be written: no permission")
-
-
-def _replace(target: Path, content: Iterable[bytes]) -> None:
-    temporary = target.parent / f".{secrets.token_hex(8)}.tmp"
-    try:
-        with temporary.open("xb") as stream:  # not tempfile: its files are private, a model file is not
-            if target.is_file():
-                temporary.chmod(target.stat().st_mode & 0o7777)
-            stream.writelines(content)
-            stream.flush()
-            os.fsync(stream.fileno())
-        os.replace(temporary, target)
-    except BaseException:
-        with contextlib.suppress(OSError):
-            temporary.unlink(missing_ok=True)
-        raise
 
 
 def _read(stream: BinaryIO, source: str) -> bytes:

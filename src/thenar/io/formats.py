@@ -19,7 +19,7 @@ class Format:
     """A format of model files.
 
     * ``name``: what ``--from``, ``--to`` and ``format=`` call it;  ``title``: what people do
-    * ``endings``: how its files end
+    * ``endings``: how its files end, in capitals or not; written files as here: PiTCT asks for ``.DES``
     * ``module``: has ``loads`` and ``dumps``; none for our own two, which several files make one model of
     * ``one``: a file holds one automaton, and says nothing of whether it is a plant or a specification
     * ``named``: a file says what its automaton is called
@@ -50,8 +50,8 @@ FORMATS = (
     Format("toml", "thenar TOML", (".toml",)),
     Format("json", "thenar JSON", (".json",)),
     Format("cif", "CIF 3 (Eclipse ESCET)", (".cif",), "thenar.io.cif"),
-    Format("tct", "TCT DES", (".des",), f"{_FOREIGN}.tct", one=True, named=False, numbers=True),
-    Format("ads", "TCT ADS", (".ads",), f"{_FOREIGN}.ads", one=True, numbers=True),
+    Format("tct", "TCT DES", (".DES",), f"{_FOREIGN}.tct", one=True, named=False, numbers=True),
+    Format("ads", "TCT ADS", (".ADS",), f"{_FOREIGN}.ads", one=True, numbers=True),
     Format("wmod", "Waters module (Supremica)", (".wmod",), f"{_FOREIGN}.waters"),
     Format("supremica", "Supremica project", (".xml",), f"{_FOREIGN}.supremica", root=rb"SupremicaProject|Automata"),
     Format("faudes", "libFAUDES generator", (".gen",), f"{_FOREIGN}.faudes", one=True),
@@ -70,7 +70,7 @@ def format_named(name: str) -> Format:
     """Return the format called ``name``; raise UnknownName if there is none.
 
     >>> format_named("tct").endings
-    ('.des',)
+    ('.DES',)
     """
     for format in FORMATS:
         if format.name == name:
@@ -87,10 +87,11 @@ def format_of(path: str | os.PathLike[str], data: bytes = b"") -> Format:
     ('tct', 'supremica')
     """
     ending = Path(path).suffix.lower()
-    found = [format for format in FORMATS if ending in format.endings]
+    found = [format for format in FORMATS if ending in map(str.lower, format.endings)]
     if not found:
         what = f"unknown ending {ending!r}" if ending else "no ending"
-        others = ", ".join(sorted({ending for format in FORMATS if format.module for ending in format.endings}))
+        known = {ending for format in FORMATS if format.module and format.reads for ending in format.endings}
+        others = ", ".join(sorted(known, key=str.lower))
         raise InputError(f"{path}: {what}; a model file ends with .toml or .json, another tool's with {others}")
     root = _ROOT.search(data[:_HEAD])
     told = [format for format in found if format.root and root and re.match(format.root, root[1])]

@@ -125,6 +125,8 @@ class Places:
         except tomllib.TOMLDecodeError:  # the text has an error here too, and its parser reports that
             return [text]
         while isinstance(inner, dict):
+            if len(inner) != 1:  # what was taken for a key, at an error, is more
+                return [text]
             [(step, inner)] = inner.items()
             steps.append(step)
         return steps

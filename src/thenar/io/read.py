@@ -13,7 +13,7 @@ from thenar.errors import InputError
 from thenar.io.files import read_bytes, read_stdin
 from thenar.io.formats import FORMATS, Format, format_named, format_of
 from thenar.io.parse import Document, decode, sniff
-from thenar.io.side import with_problem_table, with_table
+from thenar.io.side import ENDING, with_problem_table, with_table
 from thenar.model.automaton import Automaton
 from thenar.model.events import Alphabet, Event, merge
 from thenar.model.expressions import conjunction
@@ -120,7 +120,10 @@ def _open(path: str | os.PathLike[str], kind: str, given: Format | None) -> _Fil
         data = read_stdin()
         chosen = given or _sniffed(data, "<stdin>")
         return _File("<stdin>", _readable(chosen, "<stdin>"), _kind(chosen, kind, "<stdin>"), data)
-    _readable(given or format_of(path), str(path))  # before anything is read
+    if str(path).endswith(ENDING):
+        raise InputError(f"{path}: a table of names; it is read with the file beside it, leave it out")
+    if not Path(path).is_dir():
+        _readable(given or format_of(path), str(path))  # before anything is read
     data = read_bytes(path)
     chosen = _readable(given or format_of(path, data), str(path))
     return _File(str(path), chosen, _kind(chosen, kind, str(path)), data, Path(path))

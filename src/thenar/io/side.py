@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from thenar.model.extended import ExtendedAutomaton, ExtendedProblem
     from thenar.model.problem import Problem
 
-__all__ = ["ENDING", "problem_table", "table_of", "with_problem_table", "with_table"]
+__all__ = ["ENDING", "known_labels", "problem_table", "table_of", "with_problem_table", "with_table"]
 
 ENDING = ".names.json"  # MACH1.DES has its table in MACH1.DES.names.json
 
@@ -36,13 +36,19 @@ def table_of(automaton: Automaton | ExtendedAutomaton, kind: str, names: Names |
     >>> print(table_of(lamp, "spec", None), end="")
     {
       "kind": "spec",
-      "name": "LAMP"
+      "name": "LAMP",
+      "size": [
+        2,
+        1
+      ]
     }
     """
-    table: dict[str, Any] = {"kind": kind, "name": automaton.name}
+    table: dict[str, Any] = {"kind": kind} if kind == "spec" else {}
+    table |= {"name": automaton.name, "size": [len(automaton.marked), len(columns(automaton)[0])]}
     if automaton.meaning:
         table["says"] = automaton.meaning
     if names is not None:
+        table |= {"added": names.added} if names.added else {}
         table["events"] = {label: _event_table(event) for label, event in names.events}
         table["states"] = list(names.states)
     return _text(table)
@@ -66,7 +72,8 @@ def with_table(
 ) -> tuple[str, Automaton | ExtendedAutomaton]:
     """Return what the automaton in the file ``path`` is, and the automaton with the names of the table beside it.
 
-    Without a table, that is ``kind`` and ``automaton`` as they are.  Raises InputError for a table that does not fit.
+    Without a table, that is ``kind`` and ``automaton`` as they are; what is said to be a specification, is one.
+    Raises InputError for a table that does not fit.
     """
     if path is None or not (beside := path.with_name(path.name + ENDING)).is_file():
         return kind, automaton
@@ -75,7 +82,29 @@ def with_table(
     with _fitting(path, beside):
         table = AutomatonNames.model_validate(_content(beside))
         events = None if table.events is None else [(label, _event(e)) for label, e in table.events.items()]
-        return table.kind, _renamed(automaton, table.name, table.says, events, table.states)
+        if len(automaton.marked) != table.size[0] + table.added:
+            raise InputError(f"is of {table.size[0] + table.added} states, and the file has {len(automaton.marked)}")
+        if table.states is not None and len(table.states) != table.size[0]:
+            raise InputError(f"is of {table.size[0]} states, and names {len(table.states)}")
+        found = _renamed(automaton, table.name, table.says, events, table.states)
+        if len(columns(found)[0]) != table.size[1]:
+            raise InputError(f"is of {table.size[1]} transitions, and the file has {len(columns(found)[0])}")
+        return "spec" if kind == "spec" else table.kind, found
+
+
+def known_labels(folder: Path, ending: str) -> dict[str, int]:
+    """Return the numbers by which the files with ``ending`` in ``folder`` call events, as far as their tables agree."""
+    labels: dict[str, int] = {}
+    for beside in sorted(folder.glob(f"*{ending}{ENDING}")):
+        try:
+            events = _content(beside)["events"]
+            told = {str(event["name"]): int(label) for label, event in events.items()}
+        except (InputError, AttributeError, KeyError, TypeError, ValueError):
+            continue  # a table that cannot be read is told of when its file is
+        taken = {label: name for name, label in labels.items()}
+        if all(labels.get(n, k) == k and taken.get(k, n) == n for n, k in told.items()):
+            labels |= told
+    return labels
 
 
 def with_problem_table(path: Path | None, problem: Problem | ExtendedProblem) -> Problem | ExtendedProblem:
@@ -149,11 +178,10 @@ def _renamed(
     labels = [(e.name, e) for e in automaton.alphabet] if events is None else events
     place = {label: k for k, (label, _) in enumerate(labels)}
     strange = [e.name for e in automaton.alphabet if e.name not in place]
-    if strange or (states is not None and len(states) > n):
-        what = f"has no event {strange[0]!r}" if strange else f"names {len(states or ())} states, the file has {n}"
-        raise InputError(what)
+    if strange:
+        raise InputError(f"has no event {strange[0]!r}")
     s, e, t = columns(automaton)
-    named = n if states is None else len(states)
+    named = n if states is None else len(states)  # and those that were added are dropped
     kept = (s < named) & (t < named)
     initial = [automaton.initial] if isinstance(automaton.initial, int) else np.flatnonzero(automaton.initial).tolist()
     if any(q >= named for q in initial):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -20,12 +20,16 @@ class NamedEvent(EventTable):
 class AutomatonNames(Table):
     """What the file of one automaton does not say."""
 
-    kind: Literal["plant", "spec"] = Field(description="What the automaton is.")
+    kind: Literal["plant", "spec"] = Field(default="plant", description="What the automaton is.")
     name: str = Field(description="What it is called.")
     says: str = Field(default="", description="What it says, in words.")
     events: dict[str, NamedEvent] | None = Field(
         default=None, description="By what the file calls them, the events of the automaton, in order."
     )
+    size: Annotated[list[int], Field(min_length=2, max_length=2)] = Field(
+        description="How many states and transitions the automaton has: what the file has too, if they belong together."
+    )
+    added: int = Field(default=0, description="How many states were added in the file, after the others.")
     states: list[str] | None = Field(
         default=None, description="The states, in the order in which the file numbers them."
     )

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, TypeAlias, overload
+from typing import Any, Literal, TypeAlias, overload
 
 from thenar.errors import InputError
-from thenar.io.files import atomic_write, check_writable
+from thenar.io.files import Data, atomic_write_all, check_writable
 from thenar.io.foreign.assemble import assembled, columns
 from thenar.io.foreign.written import Names, ProblemNames, Written
 from thenar.io.formats import FORMATS, Format, format_named, format_of
 from thenar.io.layout import as_json, as_toml
-from thenar.io.side import ENDING, problem_table, table_of
+from thenar.io.side import ENDING, known_labels, problem_table, table_of
 from thenar.io.tables import tables_of
 from thenar.model.automaton import Automaton
 from thenar.model.events import Alphabet
@@ -84,9 +84,9 @@ def dumps(model: Model, format: str = "toml") -> str | bytes:
             raise InputError(
                 f"{_holds_one(chosen, len(named))}; save(model, 'FOLDER/', format={format!r}) writes them all"
             )
-        pieces = list(_written(named[0][1], chosen, model.alphabet).chunks)
+        pieces = list(_written(named[0][1], chosen, _problem(model).alphabet, {}).chunks)
     else:
-        pieces = list(_written(model, chosen, model.alphabet).chunks)
+        pieces = list(_written(model, chosen, _problem(model).alphabet, {}).chunks)
     if pieces and isinstance(pieces[0], bytes):
         return b"".join(piece for piece in pieces if isinstance(piece, bytes))
     text = "".join(piece for piece in pieces if isinstance(piece, str))
@@ -118,44 +118,69 @@ def save(model: Model, path: str | os.PathLike[str], format: str | None = None) 
     if folder and format is None:
         raise InputError(f"{path}: a folder; say which format its files shall have")
     chosen = _writable(format_of(path) if format is None else format_named(format))
+    whole = _problem(model)
     if not chosen.one:
+        if folder:
+            raise InputError(f"{path}: a folder; a file in {chosen.title} holds the whole problem, name a file")
         check_writable(path)
-        written = _written(model, chosen, model.alphabet)
-        atomic_write(target, written.chunks)
-        return _beside(
-            target, problem_table(written.names) if isinstance(written.names, ProblemNames) else None, written
-        )
+        written = _written(whole, chosen, whole.alphabet, {})
+        table = problem_table(written.names) if isinstance(written.names, ProblemNames) else None
+        return _saved([_Output(target, written, table)])
     named = list(_automata(model, chosen))
     if not folder:
         if len(named) > 1:
-            raise InputError(f"{path}: {_holds_one(chosen, len(named))}; name a folder (and the format) to write to")
+            what = f"{_holds_one(chosen, len(named))}; name a folder, with '/' at its end, and the format"
+            raise InputError(f"{path}: {what}")
         check_writable(path)
-        return _save_one(*named[0], target, chosen, model.alphabet)
-    target.mkdir(exist_ok=True)
+        return _saved([_output(*named[0], target, chosen, whole.alphabet)])
     names = _file_names([automaton.name for _, automaton in named], chosen.endings[0])
-    saved = [_save_one(*item, target / name, chosen, model.alphabet) for item, name in zip(named, names, strict=True)]
-    return Saved(tuple(f for one in saved for f in one.files), tuple(note for one in saved for note in one.notes))
+    if not target.is_dir():
+        check_writable(target)
+        target.mkdir()
+    for name in names:
+        check_writable(target / name)
+    return _saved(
+        [_output(*item, target / name, chosen, whole.alphabet) for item, name in zip(named, names, strict=True)]
+    )
 
 
-def _save_one(
+@dataclass(frozen=True, slots=True)
+class _Output:
+    """A file to be written, and the table beside it, if it has one."""
+
+    target: Path
+    written: Written
+    table: str | None
+
+    @property
+    def beside(self) -> Path:
+        return self.target.with_name(self.target.name + ENDING)
+
+
+def _output(
     kind: str, automaton: Automaton | ExtendedAutomaton, target: Path, format: Format, alphabet: Alphabet
-) -> Saved:
-    written = _written(automaton, format, alphabet)
-    atomic_write(target, written.chunks)
+) -> _Output:
+    labels = known_labels(target.parent, format.endings[0]) if format.numbers else {}
+    written = _written(automaton, format, alphabet, labels)
     names = written.names if isinstance(written.names, Names) else None
     named = format.named or automaton.name in ("", target.stem)
-    needed = names or kind != "plant" or not named or (automaton.meaning and not format.texts)
-    return _beside(target, table_of(automaton, kind, names) if needed else None, written)
+    unsaid = names or kind != "plant" or not named or (automaton.meaning and not format.texts)
+    return _Output(target, written, table_of(automaton, kind, names) if unsaid and format.reads else None)
 
 
-def _beside(target: Path, table: str | None, written: Written) -> Saved:
-    """Write the table beside ``target``; without one, remove that of what stood there before."""
-    beside = target.with_name(target.name + ENDING)
-    if table is None:
-        beside.unlink(missing_ok=True)
-        return Saved((target,), written.notes)
-    atomic_write(beside, table)
-    return Saved((target, beside), written.notes)
+def _saved(outputs: Sequence[_Output]) -> Saved:
+    """Write all files and tables, or none; tables of what stood in their places before go."""
+    pieces: list[tuple[Path, Data]] = []
+    for output in outputs:
+        pieces.append((output.target, output.written.chunks))
+        if output.table is not None:
+            pieces.append((output.beside, output.table))
+    atomic_write_all(pieces)
+    for output in outputs:
+        if output.table is None:
+            output.beside.unlink(missing_ok=True)
+    notes = dict.fromkeys(note for output in outputs for note in output.written.notes)
+    return Saved(tuple(path for path, _ in pieces), tuple(notes))
 
 
 def _writable(format: Format) -> Format:
@@ -169,13 +194,16 @@ def _holds_one(format: Format, n: int) -> str:
     return f"a file in {format.title} holds one automaton, and there are {n}"
 
 
-def _written(model: Model, format: Format, alphabet: Alphabet) -> Written:
-    """Return ``model`` in ``format``; ``alphabet`` is that of all automata which are written with it."""
+def _written(model: Model, format: Format, alphabet: Alphabet, labels: Mapping[str, int]) -> Written:
+    """Return ``model`` in ``format``; ``alphabet`` is that of all automata which are written with it.
+
+    ``labels`` are the numbers that events have in other files.
+    """
     whole = model if format.one else _problem(model)
     if not format.module:
         tables = tables_of(_problem(model))
         return Written(as_toml(tables) if format.name == "toml" else as_json(tables))
-    numbers = {"alphabet": alphabet} if format.numbers else {}
+    numbers: dict[str, Any] = {"alphabet": alphabet, "labels": labels} if format.numbers else {}
     written: Written = format.code().dumps(whole, **numbers)
     return written
 
@@ -183,7 +211,12 @@ def _written(model: Model, format: Format, alphabet: Alphabet) -> Written:
 def _problem(model: Model) -> Problem | ExtendedProblem:
     if isinstance(model, Automaton):
         return Problem(model)
-    return ExtendedProblem(model) if isinstance(model, ExtendedAutomaton) else model
+    if isinstance(model, ExtendedAutomaton):
+        return ExtendedProblem(model)
+    if not isinstance(model, Problem | ExtendedProblem):
+        kind = type(model).__name__
+        raise InputError(f"a {kind} is no model; write a problem or an automaton, such as supervisor.automaton")
+    return model
 
 
 def _automata(model: Model, format: Format) -> Iterable[tuple[str, Automaton | ExtendedAutomaton]]:

@@ -19,7 +19,8 @@ from __future__ import annotations
 
 import re
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -162,11 +163,16 @@ class _Reader:
                 fail(f"{self.source}:{first + k}:1", what)
 
 
-def dumps(automaton: Automaton | ExtendedAutomaton, *, alphabet: Alphabet | None = None) -> Written:
+def dumps(
+    automaton: Automaton | ExtendedAutomaton,
+    *,
+    alphabet: Alphabet | None = None,
+    labels: Mapping[str, int] = MappingProxyType({}),
+) -> Written:
     """Write ``automaton`` as an ADS file, in pieces.  O(states + transitions).
 
     ``alphabet`` are the events of all automata that TCT is to take together, so that an event has the same label in
-    each file; by default, those of ``automaton``.
+    each file; by default, those of ``automaton``.  ``labels`` are those that events have in other files already.
 
     Raises InputError for several initial states, guards and updates, more states than TCT takes, and for events whose
     labels would be beyond 9999.
@@ -179,7 +185,7 @@ def dumps(automaton: Automaton | ExtendedAutomaton, *, alphabet: Alphabet | None
     1 3 0
      ('1', Event('on', controllable))
     """
-    n = numbers(automaton, HIGHEST, alphabet, "ADS")
+    n = numbers(automaton, HIGHEST, alphabet, labels, "ADS")
     if n.size > MAX_STATES:
         raise InputError(f"{n.size:,} states, and TCT takes at most {MAX_STATES:,} from an ADS file")
     return Written(_pieces(n), n.names, n.notes)

@@ -18,7 +18,8 @@ Vocal outputs (of states, in hierarchical control) are refused: the model has no
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from types import MappingProxyType
 from typing import Literal
 
 import numpy as np
@@ -83,13 +84,14 @@ def dumps(
     *,
     generation: Generation = "pitct",
     alphabet: Alphabet | None = None,
+    labels: Mapping[str, int] = MappingProxyType({}),
 ) -> Written:
     """Write ``automaton`` as a DES file of ``generation``, in pieces.  O(states + transitions).
 
     An event whose name is a number of the right parity keeps it as its label, if all events do; otherwise the labels
     count through ``alphabet``, 1, 3, 5 for controllable events and 2, 4, 6 for the others, always rising.
     ``alphabet`` are the events of all automata that TCT is to take together, so that an event has the same label in
-    each file; by default, those of ``automaton``.
+    each file; by default, those of ``automaton``.  ``labels`` are those that events have in other files already.
 
     Raises InputError for several initial states, guards and updates, and for more labels or states than fit.
 
@@ -104,7 +106,7 @@ def dumps(
         raise UnknownName("generation", generation, GENERATIONS)
     width = {"x64": WIDE, "ctct": NARROW}.get(generation)
     title = f"TCT's {generation}"
-    n = numbers(automaton, width.highest if width else MAX_LABEL, alphabet, title)
+    n = numbers(automaton, width.highest if width else MAX_LABEL, alphabet, labels, title)
     if width and n.size > width.states:
         raise InputError(f"{n.size:,} states, and {title} files hold at most {width.states:,}; take another generation")
     if n.size and int(np.diff(n.offsets).max()) > MAX_LABEL:

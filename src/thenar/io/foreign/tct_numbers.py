@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NoReturn
@@ -69,12 +70,19 @@ def automaton_of(
     )
 
 
-def numbers(automaton: Automaton | ExtendedAutomaton, highest: int, alphabet: Alphabet | None, format_: str) -> Numbers:
+def numbers(
+    automaton: Automaton | ExtendedAutomaton,
+    highest: int,
+    alphabet: Alphabet | None,
+    labels: Mapping[str, int],
+    format_: str,
+) -> Numbers:
     """Return ``automaton`` in TCT's numbers; ``highest`` is the largest label that ``format_`` can hold.
 
     An event that is called by a number of the right parity has it as its label; if any event of ``alphabet`` (by
     default, the automaton's) is called otherwise, all of them are counted in their order: the next odd number for a
-    controllable event, the next even one for an uncontrollable one.
+    controllable event, the next even one for an uncontrollable one.  Of ``labels``, what other files call an event is
+    kept as far as its parity is right; the others are counted on from there.
 
     Raises InputError for too many events, several initial states, guards and updates.
     """
@@ -85,7 +93,7 @@ def numbers(automaton: Automaton | ExtendedAutomaton, highest: int, alphabet: Al
             "state only; determinise it first"
         )
     known = c.alphabet if alphabet is None else alphabet
-    by_name = dict(zip(known.names, _labels(known), strict=True))
+    by_name = dict(zip(known.names, _labels(known, labels), strict=True))
     _check_alphabet(c, by_name, known)
     label = np.array([by_name[e] for e in c.alphabet.names], np.int64)
     if len(label) and label.max() > highest:
@@ -122,12 +130,16 @@ def fail(where: str, *what: str) -> NoReturn:
     raise ModelError([Mistake(where, sentence) for sentence in what])
 
 
-def _labels(alphabet: Alphabet) -> list[int]:
+def _labels(alphabet: Alphabet, elsewhere: Mapping[str, int]) -> list[int]:
     own = [int(e.name) if _is_label(e) else -1 for e in alphabet]
     if -1 not in own:
         return own
-    labels, last = [], 0
+    kept = {e.name: k for e in alphabet if (k := elsewhere.get(e.name, -1)) % 2 == e.controllable and k >= 0}
+    labels, last = [], max([0, *(elsewhere.values() if kept else ())])
     for event in alphabet:
+        if event.name in kept:
+            labels.append(kept[event.name])
+            continue
         last += 1 + ((last + 1) % 2 != event.controllable)
         last += 2 * (last == SILENT)
         labels.append(last)
@@ -164,4 +176,5 @@ def _names(c: Parts, label: NDArray[np.int64], order: NDArray[np.int64], size: i
     ordered = replace(c, states=[c.states[q] for q in order.tolist()])
     if size == len(order) and (size or not read) and (np.diff(label) > 0).all():
         return beside(ordered, read, list(map(str, range(size))))
-    return Names(tuple((r.name, e) for r, e in zip(read, c.alphabet, strict=True)), tuple(ordered.states))
+    events = tuple((r.name, e) for r, e in zip(read, c.alphabet, strict=True))
+    return Names(events, tuple(ordered.states), size - len(order))

@@ -16,11 +16,12 @@ class Names:
 
     * ``events``: what the file calls each event of the automaton's alphabet, and the event itself, in order
     * ``states``: the name of each state, in the order of the numbers that the states have in the file; states of the
-      file beyond these were added by the writer (see :attr:`Written.notes`) and are dropped again by the reader
+      file beyond these, ``added`` in number, are the writer's (see :attr:`Written.notes`) and are dropped by the reader
     """
 
     events: tuple[tuple[str, Event], ...]
     states: tuple[str, ...]
+    added: int = 0
 
 
 @dataclass(frozen=True, slots=True)
