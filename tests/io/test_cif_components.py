@@ -6,7 +6,8 @@ from pathlib import Path
 
 import thenar
 from thenar.io import cif
-from thenar.model.extended import Edge, ExtendedAutomaton, ExtendedProblem
+from thenar.model.extended import Edge, ExtendedAutomaton
+from thenar.model.problem import Problem
 
 
 def guards(problem: ExtendedProblem, name: str | None = None) -> list[str]:
@@ -104,7 +105,7 @@ def test_imports_are_relative_and_read_once_and_groups_continue(tmp_path: Path) 
         lib__b="group g: controllable e; end controllable top;",
     )
     problem = thenar.load(tmp_path / "main.cif")
-    assert isinstance(problem, ExtendedProblem)
+    assert isinstance(problem, Problem)  # a plain one, as it has neither variables nor conditions
     assert problem.name == "main"
     assert problem.alphabet.names == ("g.e", "top", "g.x.f")
     text = (tmp_path / "main.cif").read_text()
@@ -127,5 +128,5 @@ def test_a_larger_folder_may_be_searched(tmp_path: Path) -> None:
 
 
 def test_the_text_of_a_cif_model_is_read_when_asked_for() -> None:
-    text = "plant p: location: initial; end"
+    text = "plant p: disc bool b; location: initial; end"
     assert repr(thenar.loads(text, "cif")) == repr(cif.loads(text))

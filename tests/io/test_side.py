@@ -194,7 +194,7 @@ def test_several_automata_need_a_folder(tmp_path: Path) -> None:
 def test_variables_are_refused_where_there_are_no_words_for_them(tmp_path: Path) -> None:
     cup = thenar.ExtendedAutomaton.from_edges("CUP", [("up", "fill", "up", "n < 3", {"n": "n + 1"})], initial="up")
     problem = thenar.ExtendedProblem(cup, variables=[thenar.Variable("n", range(4))])
-    with pytest.raises(InputError, match="the model has variables, for which TCT DES has no words; flatten"):
+    with pytest.raises(InputError, match="has variables, for which TCT DES has no words; thenar convert --flatten"):
         save(problem, tmp_path / "cup.DES")
     with pytest.raises(InputError, match="has a guard or an update"):
         thenar.dumps(cup, "faudes")

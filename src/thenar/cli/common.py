@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "as_json",
+    "check_outputs",
     "find_event",
     "find_trace",
     "limits",
@@ -43,17 +44,45 @@ F = TypeVar("F", bound=Callable[..., Any])
 _SPECS = "thenar.specs"  # where the files of --spec are kept, so that no command has to hand them on
 
 
-def models(function: F) -> F:
-    """Add the models, and the files of specifications among them; ``load_any`` reads both."""
-    spec = click.option(
+def specs(function: F) -> F:
+    """Add the files that are specifications; ``load_any`` reads them with the models."""
+    return click.option(
         "--spec",
         multiple=True,
         metavar="FILE",
         expose_value=False,
         callback=_keep_specs,
         help="A file that holds one automaton (.DES, .gen, ...), and that is a specification; else it is a plant.",
-    )
-    return click.argument("model", nargs=-1, required=True, metavar="MODEL...")(spec(function))
+    )(function)
+
+
+def models(function: F) -> F:
+    """Add the models, and the files of specifications among them; ``load_any`` reads both."""
+    return click.argument("model", nargs=-1, required=True, metavar="MODEL...")(specs(function))
+
+
+def spec_files() -> tuple[str, ...]:
+    """Return the files that :func:`specs` was given."""
+    context = click.get_current_context(silent=True)
+    return () if context is None else context.meta.get(_SPECS, ())
+
+
+def check_outputs(model: tuple[str, ...], *outputs: str | None) -> None:
+    """Complain of files that cannot be written, or that would overwrite each other or a model, before any work."""
+    from thenar import io
+
+    taken = {os.path.realpath(name): "the model" for name in (*model, *spec_files()) if os.path.isfile(name)}
+    for path in outputs:
+        if path is None:
+            continue
+        if path == "-":
+            raise InputError("'-' is no file to write to; show the supervisor with thenar show --automaton supervisor")
+        place = os.path.realpath(path)
+        if not os.path.isdir(place):
+            io.check_writable(path.rstrip("/"))
+        if place in taken:
+            raise InputError(f"{path}: would overwrite {taken[place]}; give it another name")
+        taken[place] = "the other output"
 
 
 def _keep_specs(context: click.Context, parameter: click.Parameter, files: tuple[str, ...]) -> None:
@@ -87,24 +116,24 @@ def load_problem(names: tuple[str, ...]) -> Problem:
     from thenar.model.problem import Problem
 
     loaded = load_any(names)
-    if not isinstance(loaded, Problem):
-        raise InputError(
-            f"{names[0]}: has variables or conditions, which this command does not take; "
-            "thenar synth, explain, simulate and show do"
-        )
-    return loaded
+    if isinstance(loaded, Problem):
+        return loaded
+    more = bool(loaded.variables or loaded.plant_conditions or loaded.spec_conditions)
+    has = "has variables or conditions" if more else "is nondeterministic"
+    raise InputError(
+        f"{names[0]}: {has}, which this command does not take; thenar synth, explain, simulate, lint and show do, "
+        "and thenar convert --flatten makes plain automata of it"
+    )
 
 
 def load_any(names: tuple[str, ...]) -> Problem | ExtendedProblem:
     """Load as :func:`load_problem` does, or one model with variables and conditions."""
     from thenar import io, library
+    from thenar.model.events import merge
     from thenar.model.problem import Problem, compose
 
     files = [n for n in names if _is_file(n, library.MODELS)]
-    context = click.get_current_context(silent=True)
-    specs = () if context is None else context.meta.get(_SPECS, ())
-    if specs and not files:
-        raise InputError(f"--spec {specs[0]}: there is no plant in a file; name its file as MODEL")
+    allowed = spec_files()
     problems = []
     for name in names:
         if name not in files:
@@ -117,21 +146,28 @@ def load_any(names: tuple[str, ...]) -> Problem | ExtendedProblem:
                     f"no file and no library model is called {name!r}{near}; library models: {known}"
                 ) from None
         elif name == files[0]:  # files share their events, so they are read together
-            loaded = io.load(*files, specs=specs)
+            loaded = io.load(*files, specs=allowed)
             if isinstance(loaded, Problem):
                 problems.append(loaded)
             elif len(names) > len(files):
                 raise InputError(f"{name}: a model with variables or conditions stands alone; leave out the others")
             else:
                 return loaded
-    return compose(problems)
+    whole = compose(problems)
+    if not allowed or files:
+        return whole
+    more = io.load(*allowed)  # which takes them as plants
+    if not isinstance(more, Problem):
+        raise InputError(f"--spec {allowed[0]}: has variables or conditions, and stands alone")
+    alphabet = merge([whole.alphabet, more.alphabet], [whole.name, "the files of --spec"])
+    return Problem(whole.plants, [*whole.specs, *more.automata], name=whole.name, alphabet=alphabet)
 
 
 def _is_file(name: str, models: Container[str]) -> bool:
     """Tell a file from the name of a library model: it looks like one, or it is there and no model is called so."""
     from thenar.io.formats import FORMATS
 
-    endings = tuple(ending for format in FORMATS for ending in format.endings)
+    endings = tuple(ending.lower() for format in FORMATS for ending in format.endings)
     looks = name == "-" or "/" in name or name.lower().endswith(endings)
     return looks or (name not in models and os.path.exists(name))
 

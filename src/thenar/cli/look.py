@@ -8,6 +8,7 @@ import click
 
 from thenar.cli.common import (
     as_json,
+    check_outputs,
     find_trace,
     limits,
     load_any,
@@ -58,8 +59,7 @@ def show(
     from thenar.model.supervisor import Supervisor
 
     problem = load_any(model)
-    if output is not None:
-        io.check_writable(output)
+    check_outputs(model, output)
     if not isinstance(problem, Problem):
         if format_ != "text" or automaton is not None or after is not None:
             raise InputError(

@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from thenar.cli.common import as_json, limits, load_any, load_problem, make_limits, models, print_json, progress, say
+from thenar.cli.common import (
+    as_json,
+    check_outputs,
+    limits,
+    load_any,
+    load_problem,
+    make_limits,
+    models,
+    print_json,
+    progress,
+    say,
+    specs,
+)
 from thenar.cli.large import listed_supervisor, report_symbolic, supervised_system
 from thenar.errors import InputError, about
 
@@ -58,7 +69,9 @@ def synth(
     from thenar.synthesis.certificate import certificate
 
     problem = load_any(model)
-    _check_outputs(model, output, certificate_)
+    check_outputs(model, output, certificate_)
+    if output is not None:
+        io.format_of(output)
     if guards_ and engine == "explicit":
         raise InputError("guards come from the symbolic engine; leave out --engine explicit")
     with progress() as show:
@@ -82,25 +95,6 @@ def synth(
     report = report_symbolic if result.symbolic is not None else _report
     if not report(result, written, bounds, guards=guards_, as_json=json_):
         raise click.exceptions.Exit(1)
-
-
-def _check_outputs(model: tuple[str, ...], output: str | None, certificate_: str | None) -> None:
-    """Complain of files that cannot be written, or that would overwrite each other or a model, before any work."""
-    from thenar import io
-
-    taken = {os.path.realpath(name): "the model" for name in model if os.path.isfile(name)}
-    for path in (output, certificate_):
-        if path is None:
-            continue
-        if path == "-":
-            raise InputError("'-' is no file to write to; show the supervisor with thenar show --automaton supervisor")
-        io.check_writable(path)
-        place = os.path.realpath(path)
-        if place in taken:
-            raise InputError(f"{path}: would overwrite {taken[place]}; give it another name")
-        taken[place] = "the other output"
-    if output is not None:
-        io.format_of(output)
 
 
 def _report(
@@ -226,6 +220,7 @@ def _plain(found: Check) -> dict[str, object]:
 @click.command()
 @click.argument("file", metavar="FILE")
 @click.argument("model", nargs=-1, metavar="[MODEL...]")
+@specs
 @as_json
 def verify(file: str, model: tuple[str, ...], json_: bool) -> None:
     """Check a certificate with an independent checker; with MODEL, also that it is about that problem.

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from thenar.errors import InputError
 from thenar.io.files import read_bytes, read_stdin
+from thenar.io.foreign.assemble import simplest
 from thenar.io.formats import FORMATS, Format, format_named, format_of
 from thenar.io.parse import Document, decode, sniff
 from thenar.io.side import ENDING, with_problem_table, with_table
@@ -32,7 +33,7 @@ def load(
 ) -> Problem | ExtendedProblem:
     """Read model files; their endings, or ``format``, tell the format; ``-`` is standard input.
 
-    A file with variables, guards or conditions is an ExtendedProblem; so is a nondeterministic automaton.
+    A file with variables, guards or conditions is an ExtendedProblem; so is one of a nondeterministic automaton.
 
     Several files make one problem.  Our own TOML and JSON files share their events: one declared in one file may be
     used in each.  Of the others, each says all itself.  A format whose files hold one automaton (TCT, libFAUDES, IDES,
@@ -177,7 +178,8 @@ def _whole(file: _File) -> Problem | ExtendedProblem:
     if file.format.name == "cif":  # has files that import others
         from thenar.io import cif
 
-        problem = cif.loads(file.text, file.source) if file.path is None else cif.load(file.path)
+        model = cif.loads(file.text, file.source) if file.path is None else cif.load(file.path)
+        problem = simplest(model)
     else:
         problem = file.format.code().loads(file.data, file.source)
     return with_problem_table(file.path, problem)

@@ -11,7 +11,7 @@ from typing import Any, Literal, TypeAlias, overload
 
 from thenar.errors import InputError
 from thenar.io.files import Data, atomic_write_all, check_writable
-from thenar.io.foreign.assemble import assembled, columns
+from thenar.io.foreign.assemble import plain
 from thenar.io.foreign.written import Names, ProblemNames, Written
 from thenar.io.formats import FORMATS, Format, format_named, format_of
 from thenar.io.layout import as_json, as_toml
@@ -25,6 +25,7 @@ from thenar.model.problem import Problem
 
 __all__ = ["Saved", "dumps", "save"]
 
+_FLATTEN = "thenar convert --flatten makes plain automata of it"
 Model: TypeAlias = Problem | ExtendedProblem | Automaton | ExtendedAutomaton
 
 
@@ -228,9 +229,7 @@ def _automata(model: Model, format: Format) -> Iterable[tuple[str, Automaton | E
         conditions = [*model.plant_conditions, *model.spec_conditions]
         if model.variables or conditions or (model.initial, model.marked) != (TRUE, TRUE):
             has = "variables" if model.variables else "conditions"
-            raise InputError(
-                f"the model has {has}, for which {format.title} has no words; flatten it to plain automata first"
-            )
+            raise InputError(f"the model has {has}, for which {format.title} has no words; {_FLATTEN}")
     for kind, group in (("plant", model.plants), ("spec", model.specs)):
         for automaton in group:
             yield kind, _plain(automaton, format)
@@ -238,19 +237,13 @@ def _automata(model: Model, format: Format) -> Iterable[tuple[str, Automaton | E
 
 def _plain(automaton: Automaton | ExtendedAutomaton, format: Format) -> Automaton | ExtendedAutomaton:
     """Return the automaton, as an :class:`Automaton` if it is deterministic; refuse guards and updates."""
-    if isinstance(automaton, Automaton):
-        return automaton
-    for k, edge in enumerate(automaton.edges):
-        if edge.guard != TRUE or edge.updates:
-            where = f"automaton {automaton.name!r}, {automaton.place(k)}"
-            raise InputError(
-                f"{where} has a guard or an update, for which {format.title} has no words; flatten the model first"
-            )
-    initial = [q for q, first in enumerate(automaton.initial) if first]
-    return assembled(
-        automaton.name, automaton.alphabet, automaton.states, initial, automaton.marked, *columns(automaton),
-        meaning=automaton.meaning,
-    )  # fmt: skip
+    if isinstance(automaton, ExtendedAutomaton):
+        for k, edge in enumerate(automaton.edges):
+            if edge.guard != TRUE or edge.updates:
+                where = f"automaton {automaton.name!r}, {automaton.place(k)}"
+                what = f"has a guard or an update, for which {format.title} has no words; {_FLATTEN}"
+                raise InputError(f"{where} {what}")
+    return plain(automaton)
 
 
 def _file_names(names: Sequence[str], ending: str) -> list[str]:

@@ -56,7 +56,7 @@ def plain_models() -> list[tuple[str, tuple[str, ...], tuple[str, ...]]]:
         (name, (f"supremica_wmod/{name}.wmod",), ())
         for name in ("RCU_Supremica", "deadlock_in_database_system", "digit_sequence_detector")
     ]
-    cats, factory = "ides/Cat and Mouse Problem", "ides/Small Factory/Centralized_Approach"
+    cats, factory = "ides/Cat and Mouse Problem/Plant -", "ides/Small Factory/Centralized_Approach"
     line = "tct/Transfer_Line_-_OK"
     return [
         *models,
@@ -65,7 +65,7 @@ def plain_models() -> list[tuple[str, tuple[str, ...], tuple[str, ...]]]:
          (f"{line}/B1.DES", f"{line}/B2.DES")),
         ("IDES small factory", (f"{factory}/Machine_1.xmd", f"{factory}/Machine_2.xmd"),
          (f"{factory}/SPEC_1.xmd", f"{factory}/SPEC_2.xmd")),
-        ("IDES cat and mouse", (f"{cats}/Plant - Cat.xmd", f"{cats}/Plant - Mouse.xmd"), (f"{cats}/Specification.xmd",)),
+        ("IDES cat and mouse", (f"{cats} Cat.xmd", f"{cats} Mouse.xmd"), (f"{cats[:-7]}Specification.xmd",)),
     ]  # fmt: skip
 
 

@@ -11,10 +11,12 @@ from numpy.typing import ArrayLike, NDArray
 from thenar.errors import Mistake, ModelError
 from thenar.model.automaton import Automaton
 from thenar.model.events import Alphabet
-from thenar.model.extended import Edge, ExtendedAutomaton
+from thenar.model.expressions import TRUE
+from thenar.model.extended import Edge, ExtendedAutomaton, ExtendedProblem
 from thenar.model.names import Listed, Numbered
+from thenar.model.problem import Problem
 
-__all__ = ["assembled", "columns"]
+__all__ = ["assembled", "columns", "plain", "simplest"]
 
 
 def assembled(
@@ -91,6 +93,32 @@ def columns(automaton: Automaton | ExtendedAutomaton) -> tuple[NDArray[np.int64]
         return sources, automaton.events.astype(np.int64), automaton.targets.astype(np.int64)
     edges = np.array([(e.source, e.event, e.target) for e in automaton.edges], np.int64).reshape(-1, 3)
     return edges[:, 0], edges[:, 1], edges[:, 2]
+
+
+def plain(automaton: Automaton | ExtendedAutomaton) -> Automaton | ExtendedAutomaton:
+    """Return the automaton as an :class:`Automaton` if it is one: deterministic, without guards and updates.
+
+    >>> lamp = Automaton.from_transitions(["dark -on-> lit"], initial="dark")
+    >>> type(plain(ExtendedAutomaton.from_automaton(lamp))).__name__
+    'Automaton'
+    """
+    if isinstance(automaton, Automaton) or any(e.guard != TRUE or e.updates for e in automaton.edges):
+        return automaton
+    initial = [q for q, first in enumerate(automaton.initial) if first]
+    return assembled(
+        automaton.name, automaton.alphabet, automaton.states, initial, automaton.marked, *columns(automaton),
+        meaning=automaton.meaning,
+    )  # fmt: skip
+
+
+def simplest(problem: ExtendedProblem) -> Problem | ExtendedProblem:
+    """Return ``problem`` as a plain one if it has no variables and conditions, and all its automata are plain."""
+    if problem.variables or problem.plant_conditions or problem.spec_conditions:
+        return problem
+    groups = [[a for a in map(plain, group) if isinstance(a, Automaton)] for group in (problem.plants, problem.specs)]
+    if (problem.initial, problem.marked) != (TRUE, TRUE) or sum(map(len, groups)) < len(problem.automata):
+        return problem
+    return Problem(groups[0], groups[1], name=problem.name, alphabet=problem.alphabet, description=problem.description)
 
 
 def _sorted(
