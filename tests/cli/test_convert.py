@@ -84,3 +84,57 @@ def test_variables_are_flattened_when_asked(tmp_path: Path) -> None:
     flat = thenar.load(tmp_path / "flat.toml")
     assert isinstance(flat, thenar.Problem)
     assert thenar.synthesize(flat).size == thenar.synthesize(thenar.load(cup)).size
+
+
+def test_an_output_never_overwrites_a_specification(tmp_path: Path) -> None:
+    run("convert", "small_factory", f"{tmp_path}/", "--to", "tct")
+    plants, buffer = [tmp_path / f"MACHINE{k}.DES" for k in (1, 2)], tmp_path / "BUFFER1.DES"
+    before = buffer.read_bytes()
+    for command in (("synth",), ("reduce",), ("synth", "--certificate", buffer)):
+        words = (*command, *plants, "--spec", buffer, *(() if "--certificate" in command else ("-o", buffer)))
+        assert "would overwrite the model" in complaint(*words)
+    shown = ("show", *plants, "--automaton", "MACHINE1", "--format", "svg", "-o", plants[0])
+    assert "would overwrite the model" in complaint(*shown)
+    assert buffer.read_bytes() == before
+
+
+def test_a_library_model_takes_specifications_from_files(tmp_path: Path) -> None:
+    never = thenar.Automaton.from_transitions(
+        [], initial="0", marked=["0"], events=small_factory().alphabet, alphabet=["start_1"], name="NEVER"
+    )
+    thenar.save(never, tmp_path / "never.gen")
+    done = run("synth", "small_factory", "--spec", tmp_path / "never.gen")
+    assert re.search(r"supervisor +1 states", done.output), done.output
+
+
+def test_a_certificate_is_checked_against_files_with_specifications(tmp_path: Path) -> None:
+    run("convert", "small_factory", f"{tmp_path}/", "--to", "tct")
+    files: list[str | Path] = [*tmp_path.glob("M*.DES"), "--spec", tmp_path / "BUFFER1.DES"]
+    assert run("synth", *files, "--certificate", tmp_path / "c.cert").exit_code == 0
+    assert "proved" in run("verify", tmp_path / "c.cert", *files).output
+
+
+def test_flattening_names_the_events_that_it_adds_and_keeps_its_limits(tmp_path: Path) -> None:
+    both = thenar.ExtendedAutomaton.from_edges("B", ["x -a-> y", "x -a-> z"], initial="x", marked=["y", "z"])
+    thenar.save(thenar.ExtendedProblem(both), tmp_path / "both.toml")
+    done = run("convert", tmp_path / "both.toml", tmp_path / "flat.DES", "--flatten")
+    assert done.output.startswith("note: added were choice1, choice2: ")
+    limited = run("convert", tmp_path / "both.toml", tmp_path / "flat.DES", "--flatten", "--max-states", "1")
+    assert isinstance(limited.exception, thenar.LimitReached)
+
+
+def test_what_a_synthesis_does_not_consider_is_said(tmp_path: Path) -> None:
+    (tmp_path / "g.gen").write_text(
+        "<Generator> g <Alphabet> a +o+ </Alphabet> <TransRel> 1 a 1 </TransRel> <InitStates> 1 </InitStates> "
+        "<MarkedStates> 1 </MarkedStates> </Generator>"
+    )
+    output = run("synth", tmp_path / "g.gen").output
+    assert "note: 1 of its events cannot be observed; that is not considered" in output
+    assert "note: none of its events is controllable" in output
+
+
+def test_a_plain_cif_model_is_taken_by_every_command(tmp_path: Path) -> None:
+    run("convert", "small_factory", tmp_path / "f.cif")
+    for command in ("check", "reduce", "modular", "lint"):
+        assert run(command, tmp_path / "f.cif").exit_code in (0, 1), command
+    assert "12 states" in run("reduce", tmp_path / "f.cif").output

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import thenar
 from thenar.io import cif
-from thenar.model.extended import Edge, ExtendedAutomaton
+from thenar.model.extended import Edge, ExtendedAutomaton, ExtendedProblem
 from thenar.model.problem import Problem
 
 

@@ -37,6 +37,7 @@ __all__ = [
     "progress",
     "run_synthesis",
     "say",
+    "say_problem",
     "supervisor_to_run",
 ]
 
@@ -249,3 +250,13 @@ def print_json(value: object) -> None:
 def say(text: str = "") -> None:
     """Print a line."""
     click.echo(text)
+
+
+def say_problem(problem: Problem | ExtendedProblem) -> None:
+    """Print what the problem is, and what of it a synthesis does not consider."""
+    say(str(problem))
+    hidden = sum(not event.observable for event in problem.alphabet)
+    if hidden:
+        say(f"  note: {hidden} of its events cannot be observed; that is not considered")
+    if len(problem.alphabet) and not any(event.controllable for event in problem.alphabet):
+        say("  note: none of its events is controllable; files of libFAUDES say which are by +C+")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from thenar.cli.common import print_json, say
+from thenar.cli.common import print_json, say, say_problem
 from thenar.errors import InputError, LimitReached, about
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ def report_symbolic(
             }
         )
     else:
-        say(str(result.problem))
+        say_problem(result.problem)
         say(f"  reachable   {about(result.explored.states):>12} states")
         if result:
             say(f"  supervisor  {about(supervisor.n_states):>12} states")

@@ -41,6 +41,7 @@ def reduce(
     from thenar.model.problem import Problem
 
     problem = load_problem(model)
+    check_outputs(model, output)
     if output is not None and target is None:
         io.format_of(output)
     result = run_synthesis(problem, bounds)

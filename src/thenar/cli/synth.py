@@ -18,6 +18,7 @@ from thenar.cli.common import (
     print_json,
     progress,
     say,
+    say_problem,
     specs,
 )
 from thenar.cli.large import listed_supervisor, report_symbolic, supervised_system
@@ -133,7 +134,7 @@ def _report(
             )
             say(f"  {what:<11} {here}")
 
-        say(str(result.problem))
+        say_problem(result.problem)
         sizes("plant", *plant)
         if result:
             sizes("supervisor", size.states, size.transitions)
