@@ -90,11 +90,10 @@ def test_an_output_never_overwrites_a_specification(tmp_path: Path) -> None:
     run("convert", "small_factory", f"{tmp_path}/", "--to", "tct")
     plants, buffer = [tmp_path / f"MACHINE{k}.DES" for k in (1, 2)], tmp_path / "BUFFER1.DES"
     before = buffer.read_bytes()
-    for command in (("synth",), ("reduce",), ("synth", "--certificate", buffer)):
-        words = (*command, *plants, "--spec", buffer, *(() if "--certificate" in command else ("-o", buffer)))
-        assert "would overwrite the model" in complaint(*words)
-    shown = ("show", *plants, "--automaton", "MACHINE1", "--format", "svg", "-o", plants[0])
-    assert "would overwrite the model" in complaint(*shown)
+    for command, option in (("synth", "-o"), ("reduce", "-o"), ("synth", "--certificate")):
+        assert "would overwrite the model" in complaint(command, *plants, "--spec", buffer, option, buffer)
+    drawing = ("--automaton", "MACHINE1", "--format", "svg", "-o")
+    assert "would overwrite the model" in complaint("show", *plants, *drawing, plants[0])
     assert buffer.read_bytes() == before
 
 

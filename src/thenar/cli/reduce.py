@@ -8,6 +8,7 @@ import click
 
 from thenar.cli.common import (
     as_json,
+    check_outputs,
     limits,
     load_problem,
     make_limits,
