@@ -8,6 +8,7 @@ import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
+from random import Random
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from thenar._native import kernel
 from thenar.explicit.exploration import Exploration, ticker
 from thenar.model.automaton import Automaton
 from thenar.testing import oracle
+from thenar.testing.random_models import random_problem
 
 
 def toggles(n: int, *, uncontrollable: bool = False) -> list[Automaton]:
@@ -196,6 +198,20 @@ def test_a_limit_stops_the_work_and_says_what_was_found(limits: thenar.Limits, n
     assert stopped.value.limit == name
     assert stopped.value.states > 0
     assert stopped.value.transitions > 0
+
+
+def test_illegal_states_are_left_out_before_a_fixpoint_too() -> None:
+    """They are not expanded, and so have no row to be taken out."""
+    met = 0
+    for seed in range(300):
+        problem = random_problem(Random(seed))
+        tick = ticker()
+        exploration = Exploration(problem.plants, problem.specs, problem.alphabet, tick)
+        illegal = exploration.native.illegal.view(np.bool_)
+        part = exploration.extract("", tick)
+        assert not illegal[part.origin].any()
+        met += bool(illegal.any())
+    assert met > 50
 
 
 def test_a_limit_stops_a_projection() -> None:

@@ -64,9 +64,8 @@ struct Reversed {
 
 Bits Exploration::alive() const {
   Bits alive(n_states(), true);
-  if (!rank.empty())
-    for (u64 x = 0; x < n_states(); ++x)
-      if (rank[x] >= 0) alive.clear(x);
+  for (u64 x = 0; x < n_states(); ++x)
+    if (rank.empty() ? illegal_[x] : rank[x] >= 0) alive.clear(x);  // illegal states are not expanded: they have no row
   return alive;
 }
 
