@@ -124,7 +124,31 @@ def test_forcible_controllability_is_the_oracles_and_its_witness_breaks_it() -> 
             lost = not legal.generates(check.witness)
             assert lost or "would preempt" in check.reason
             assert not lost or not legal.alphabet[check.witness[-1]].controllable
+            assert len(check.witness) == shortest_break(plants, specs, preempted)
     assert broken > 100
+
+
+def shortest_break(plants: list[Automaton], specs: list[Automaton], preempted: list[str] | None) -> int:
+    """How long the shortest string is after which the definition does not hold, and one event more."""
+    plant, legal = thenar.sync(*plants), thenar.sync(*plants, *specs)
+    chosen = set(legal.alphabet.names if preempted is None else preempted)
+    seen, queue = {(plant.initial, legal.initial)}, [(plant.initial, legal.initial, 0)]
+    for g, q, depth in queue:  # grows while it is read
+        can, may = ({e.name: e for e in a.enabled(x)} for a, x in ((plant, g), (legal, q)))
+        can |= {e.name: e for e in legal.alphabet if e.name not in plant.alphabet}  # no plant hinders these
+        lost = {e for e, event in can.items() if not event.controllable and e not in may}
+        forcible = {e for e, event in may.items() if event.forcible}
+        if lost - chosen or (lost & chosen and (not forcible or (chosen & may.keys()) - forcible)):
+            return depth + 1
+        for name in may:
+            g2 = plant.step(g, name) if name in plant.alphabet else g
+            q2 = legal.step(q, name)
+            assert g2 is not None
+            assert q2 is not None
+            if (g2, q2) not in seen:
+                seen.add((g2, q2))
+                queue.append((g2, q2, depth + 1))
+    raise AssertionError("it holds everywhere")
 
 
 # -- largest ---------------------------------------------------------------------------------------------------
@@ -325,7 +349,10 @@ def test_a_forcing_supervisor_survives_a_pickle_and_its_arrays_are_frozen() -> N
     again = pickle.loads(pickle.dumps(found))
     assert isinstance(again, ForcingSupervisor)
     assert again.forced(1) == found.forced(1)
-    assert not found.forcing.flags.writeable
+    for s in (found, again):
+        assert not any(array.flags.writeable for array in (s.forcing, s.disabled, s.disabled_offsets))
+    with pytest.raises(thenar.UnknownName, match="unknown state 99"):
+        found.forced(99)
 
 
 def test_limits_are_kept() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Iterator
 from dataclasses import replace
 from random import Random
@@ -367,3 +368,17 @@ def test_a_supervisor_too_large_for_the_memory_is_refused_at_once() -> None:
     )
     with pytest.raises(thenar.LimitReached, match=r"stopped at the limit of 4,294,967,296 bytes: 200,000 states"):
         supreduce(ring, ring)
+
+
+@pytest.mark.parametrize("local", [False, True])
+def test_a_reduction_survives_a_pickle_and_its_arrays_stay_frozen(local: bool) -> None:
+    problem = small_factory()
+    supervisor = thenar.synthesize(problem).supervisor
+    found = localize(problem.plants, supervisor)[0] if local else supreduce(problem.plants, supervisor)
+    again = pickle.loads(pickle.dumps(found))
+    assert isinstance(again, Reduction)
+    assert repr(again) == repr(found)
+    assert np.array_equal(again.cells, found.cells)
+    plain = pickle.loads(pickle.dumps(supervisor))
+    arrays = [again.cells, *(array for s in (again, plain) for array in (s.disabled, s.disabled_offsets))]
+    assert not any(array.flags.writeable for array in arrays)

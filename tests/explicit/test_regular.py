@@ -1,9 +1,11 @@
 """Operations on languages: their definitions on strings, their laws, and each against its slow obvious twin."""
 
+import tracemalloc
 from collections.abc import Iterable
 from itertools import product
 from random import Random
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -492,12 +494,59 @@ def test_guards_and_updates_are_refused_all_at_once() -> None:
     ]
 
 
+def test_sets_of_states_that_would_have_one_name_are_told_apart() -> None:
+    rows = [
+        ("0", "a", "x"),
+        ("0", "a", "y"),
+        ("0", "b", "{x, y}"),
+        ("x", "b", "x, y"),
+        ("y", "b", "z"),
+        ("z", "b", "'x"),
+    ]
+    odd = determinise(ExtendedAutomaton.from_edges("ODD", rows, initial="0"))
+    assert [odd.states[q] for q in range(odd.n_states)] == ["0", "{x, y}", "'{x, y}'", "{'x, y', z}", "'''x'"]
+    even = determinise(ExtendedAutomaton.from_edges("EVEN", [*rows[:2], ("0", "b", "x, y")], initial="0"))
+    assert [even.states[q] for q in range(even.n_states)] == ["0", "{x, y}", "x, y"]
+
+
+def test_a_difference_takes_no_row_for_what_is_never_met() -> None:
+    """To complete the second one would take 10^5 rows of 10^3 events each."""
+    n, alphabet = 100_000, Alphabet([f"e{k}" for k in range(1000)])
+    offsets = np.minimum(np.arange(n + 1), n - 1)
+    chain = Automaton.from_arrays(
+        alphabet, offsets, np.zeros(n - 1, np.int64), np.arange(1, n), marked=np.arange(n) == n - 1
+    )
+    other = Automaton.from_arrays(alphabet, [0, 1], [1], [0], marked=[True])
+    tracemalloc.start()
+    rest = difference(other, chain)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert thenar.is_isomorphic(thenar.minimize(rest), other)
+    assert peak < 1e8
+
+
+def test_pairs_of_a_difference_are_named_as_in_products() -> None:
+    a = Automaton.from_transitions(["0 -x-> 1 -y-> 2"], initial="0", marked=["2"])
+    b = Automaton.from_transitions(["p -x-> dump"], initial="p", marked=["p"])
+    rest = difference(a, b)
+    assert [rest.states[q] for q in range(rest.n_states)] == ["0|p", "1|dump", "2|dump'"]
+    assert (rest.name, rest.state("2|dump'")) == ("", 2)
+
+
 def test_wrong_input_is_named() -> None:
     a = Automaton.from_transitions(["0 -x-> 1"], initial="0", name="A")
     slip = Automaton.from_transitions(["0 -x-> 1"], initial="0", uncontrollable=["x"], name="B")
     for operation in (union, concatenation):
         with pytest.raises(thenar.InputError, match=f"{operation.__name__}: give at least one automaton"):
             operation()
+        with pytest.raises(
+            thenar.InputError, match=rf"{operation.__name__} takes automata, not list: give them one by one"
+        ):
+            operation([a, a])  # type: ignore[arg-type]
+        with pytest.raises(thenar.InputError, match=rf"{operation.__name__} takes automata, not int$"):
+            operation(a, 3)  # type: ignore[arg-type]
+    with pytest.raises(thenar.InputError, match="determinise: automaton 'A' is an Automaton, which is deterministic"):
+        determinise(a)  # type: ignore[arg-type]
     for binary in (union, concatenation, difference, quotient, left_quotient):
         with pytest.raises(thenar.AlphabetClash, match="event 'x' is controllable in 'A' and uncontrollable in 'B'"):
             binary(a, slip)

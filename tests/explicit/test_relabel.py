@@ -34,6 +34,13 @@ def test_renaming_one_by_one_keeps_the_states() -> None:
     assert thenar.is_isomorphic(relabel(renamed, {"fail": "off!"}), lamp)
 
 
+def test_what_cannot_be_reached_is_dropped_whether_events_become_one_or_not() -> None:
+    a = Automaton.from_transitions(["lost -x-> 1", "1 -y-> 0", "0 -x,y-> 1"], initial="0", marked=["1"])
+    for names in ({}, {"x": "z"}, {"x": "z", "y": "z"}):
+        image = relabel(a, names)
+        assert [image.states[q] for q in range(image.n_states)] == ["0", "1"]
+
+
 def test_wrong_names_are_refused() -> None:
     lamp = Automaton.from_transitions(["off -on-> lit -off-> off"], initial="off", uncontrollable=["off"])
     with pytest.raises(UnknownName, match="unknown event 'of'; did you mean 'off'"):

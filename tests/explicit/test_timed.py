@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from random import Random
 
 import numpy as np
@@ -223,3 +224,44 @@ def test_no_states_stay_none_and_limits_are_kept() -> None:
     a = Automaton.from_transitions(["0 -work-> 0"], initial="0")
     with pytest.raises(thenar.LimitReached):
         timed(a, {"work": (5000, None)}, limits=thenar.Limits(states=1000))
+
+
+@pytest.mark.parametrize("limits", [thenar.Limits(states=1000), thenar.Limits(seconds=0.1)])
+def test_limits_end_the_counting_of_a_long_timer_too(limits: thenar.Limits) -> None:
+    a = Automaton.from_transitions(["0 -x-> 1", "0 -y-> 2 -z-> 0"], initial="0", marked=["1"])
+    begin = time.process_time()
+    with pytest.raises(thenar.LimitReached):
+        timed(a, {"x": (0, 10**7)}, limits=limits)
+    assert time.process_time() - begin < 2  # s; the whole of it takes longer
+
+
+def test_bounds_may_be_numpys_numbers() -> None:
+    a = Automaton.from_transitions(["0 -work-> 0"], initial="0", marked=["0"])
+    one, two = np.int64(1), np.int64(2)
+    assert list(timed(a, {"work": (one, two)}).transitions()) == list(timed(a, {"work": (1, 2)}).transitions())
+
+
+def test_the_labels_of_many_classes_and_many_events_stay_apart() -> None:
+    """Events times classes are more than an int32 holds; 'next' is always due, so that the clock never ticks."""
+    m, idle = 15, 1 << 16
+    n = 1 << m  # activities that differ in which of m events are possible; each of these leads to the one without any
+    events = [*(f"t{k}" for k in range(m)), *(f"idle_{k}" for k in range(idle)), "next"]
+    rows = [[*(k for k in range(m) if q >> k & 1), m + idle] for q in range(n)]
+    a = Automaton.from_arrays(
+        Alphabet(events),
+        np.cumsum([0, *map(len, rows)]),
+        [e for row in rows for e in row],
+        [(q + 1) % n if e == m + idle else 0 for q, row in enumerate(rows) for e in row],
+        marked=[True] * n,
+    )
+    graph = timed(a, {"next": (0, 0)} | {f"t{k}": (0, 1) for k in range(m)})
+    assert graph.n_states == n
+    assert np.array_equal(np.bincount(graph.events), np.bincount(a.events + 1))
+
+
+def test_a_long_chain_is_searched_for_loops_in_linear_time() -> None:
+    n = 60_000
+    chain = Automaton.from_arrays(Alphabet(["a"]), [*range(n), n - 1], [0] * (n - 1), range(1, n), marked=[True] * n)
+    begin = time.process_time()
+    assert is_activity_loop_free(chain)
+    assert time.process_time() - begin < 8  # s; ten times what it takes

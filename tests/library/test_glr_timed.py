@@ -157,6 +157,31 @@ def test_every_slip_is_answered_before_the_next_tick_unless_it_ends_the_task() -
             assert enabled <= {"inc_gripF*", *COMES_BACK}, "neither a tick, nor another slip, nor anything else"
 
 
+def test_no_tick_comes_before_the_answer_while_both_fingers_hold_the_object_but_after_the_third_slip() -> None:
+    """All strings: where a slip is unanswered, by how many fingers the object is held, and which slip it was."""
+    a = supervisor().automaton
+    ticks: set[tuple[int, str]] = set()
+    start = (a.initial, frozenset[str](), False)
+    seen, queue = {start}, [start]
+    for x, held, slipped in queue:  # grows while it is read
+        for e, y in a.row(x):
+            name = a.alphabet[e].name
+            if slipped and name == "tick":
+                ticks.add((len(held), local(x)["SPEC4"]))
+            if slipped and name == "inc_gripF*":
+                assert len(held) == 2, "a finger that has lost the object gives it no more grip"
+            fingers = held - {name[-1]} if name in COMES_BACK else held
+            fingers = held | {name[-1]} if name.startswith("prox_make_C") else fingers
+            if slipped and len(fingers) == 0:
+                assert a.marked[y], "it ends the task"
+            after = y, fingers, len(fingers) > 0 and name != "inc_gripF*" and (slipped or name == "incip_slip*")
+            if after not in seen:
+                seen.add(after)
+                queue.append(after)
+    assert {spec4 for held, spec4 in ticks if held == 2} == {"slip_3"}
+    assert {spec4 for held, spec4 in ticks if held == 1} == {"slip_0", "slip_1", "slip_2", "slip_3"}
+
+
 def test_nothing_is_forced_but_the_answer_to_a_slip() -> None:
     s = supervisor()
     for x in np.flatnonzero(s.forcing).tolist():

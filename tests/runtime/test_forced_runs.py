@@ -17,6 +17,7 @@ from thenar.explicit.products import sync
 from thenar.explicit.timed import TICK
 from thenar.model.automaton import Automaton
 from thenar.model.events import Event
+from thenar.runtime.cheapest import Cheapest
 from thenar.runtime.driver import Detector, Skill
 from thenar.runtime.executor import execute
 from thenar.runtime.plan import Shortest
@@ -81,6 +82,22 @@ class Stove(FakeDriver):
     def start(self, event: str) -> None:
         super().start(event)
         self.ready_at = self.time_s + self.exactly[event]
+
+    def hear(self, entry: Mapping[str, Any]) -> None:
+        if entry.get("chosen_by") == "clock":
+            self._follow("tick")
+
+
+class Clocked(FakeDriver):
+    """Any plant with a clock, where nothing comes by itself; what is in ``ready_s`` is not ready before."""
+
+    def __init__(self, plant: Automaton, ready_s: Mapping[str, float] | None = None) -> None:
+        super().__init__(plant, plant.alphabet, Random(1), chance=lambda event, state: 0.0)
+        self.detectors = {**self.detectors, "tick": Detector("tick", 0.0, PERIOD_S, 2 * PERIOD_S)}
+        self.from_s = ready_s or {}
+
+    def not_ready(self, event: str) -> str | None:
+        return "warming up" if self.time_s < self.from_s.get(event, 0.0) else None
 
     def hear(self, entry: Mapping[str, Any]) -> None:
         if entry.get("chosen_by") == "clock":
@@ -194,6 +211,92 @@ def test_where_only_time_passes_and_changes_nothing_the_run_is_stopped() -> None
     found = execute(lamed, stuck, driver, Priority(lamed), on_entry=driver.hear)
     assert found.outcome == "stopped"
     assert "nothing is enabled" in found.message
+
+
+# -- who waits for the clock -----------------------------------------------------------------------------------
+
+
+def test_a_run_ends_in_the_marked_state_to_which_ticks_lead() -> None:
+    """The same events are enabled before and after each tick: nothing but the clock."""
+    plant = Automaton.from_transitions(
+        ["0 -tick-> 1 -tick-> 2 -tick-> 3 -tick-> 3"], initial="0", marked=["3"], events=[TICK]
+    )
+    driver, S = Clocked(plant), condat(plant, plant)
+    found = execute(S, plant, driver, Priority(S), on_entry=driver.hear)
+    assert found.discrete_success
+    assert list(found.trace) == ["tick"] * 3
+
+
+def test_it_does_so_too_where_the_supervisor_takes_no_note_of_the_tick() -> None:
+    plant = Automaton.from_transitions(["0 -tick-> 1 -tick-> 2 -tick-> 2"], initial="0", marked=["2"], events=[TICK])
+    whatever = Automaton.from_transitions(["any -tick-> any"], initial="any", marked=["any"], events=[TICK])
+    driver, S = Clocked(plant), condat(plant, whatever)
+    found = execute(S, plant, driver, Priority(S), on_entry=driver.hear)
+    assert found.discrete_success
+    assert list(found.trace) == ["tick"] * 2
+
+
+WAY = Automaton.from_transitions(
+    ["a -tick-> b -tick-> b", "a -go-> bad -fix-> done", "bad -tick-> bad", "b -go-> done -tick-> done"],
+    initial="a",
+    marked=["done"],
+    events=[TICK, Event("go"), Event("fix")],
+)
+
+
+def test_a_policy_that_waits_for_a_tick_is_asked_again_after_it() -> None:
+    driver, S = Clocked(WAY), condat(WAY, WAY)
+    found = execute(S, WAY, driver, Cheapest(S, {"fix": 100}), on_entry=driver.hear)
+    assert found.discrete_success
+    assert list(found.trace) == ["tick", "go"]
+
+
+def test_a_skill_that_is_not_ready_is_waited_for_over_a_tick_that_changes_nothing_for_it() -> None:
+    driver, S = Clocked(WAY, ready_s={"go": 2.5 * PERIOD_S}), condat(WAY, WAY)
+    found = execute(S, WAY, driver, Priority(S), on_entry=driver.hear)
+    assert list(found.trace) == ["tick", "tick", "go"]
+    assert not [e for e in found.entries if e["kind"] == "note"]
+
+
+HUM = [TICK, Event("stop", forcible=True), Event("hum")]
+
+
+@pytest.mark.parametrize("hum_s", [0.0, 1.0])
+def test_a_forced_event_is_waited_for_while_it_is_not_ready_though_something_else_is(hum_s: float) -> None:
+    plant = Automaton.from_transitions(
+        ["0 -tick-> 1 -stop-> 2 -tick-> 2", "1 -tick-> 3 -tick-> 3", "1 -hum-> 1"],
+        initial="0",
+        marked=["2"],
+        events=HUM,
+    )
+    S = supcon_forcing(plant, [])
+    driver = Clocked(plant, ready_s={"stop": 1.5 * PERIOD_S, "hum": hum_s})
+    found = execute(S, plant, driver, Priority(S, ["hum"]), on_entry=driver.hear)
+    assert found.discrete_success
+    assert list(found.trace) == ["tick", "stop"]
+
+
+# -- the door --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("clock", [TICK, Event("tick", False), Event("tick", False, observable=False)])
+def test_the_clock_is_known_by_its_name(clock: Event) -> None:
+    plant = Automaton.from_transitions(
+        ["0 -tick-> 1 -stop-> 2"], initial="0", marked=["2"], events=[clock, Event("stop")]
+    )
+    driver, S = Clocked(plant), condat(plant, plant)
+    found = execute(S, plant, driver, Priority(S), on_entry=driver.hear)
+    assert found.discrete_success
+    assert list(found.trace) == ["tick", "stop"]
+
+
+def test_a_clock_that_could_be_held_is_refused() -> None:
+    plant = Automaton.from_transitions(["0 -tick-> 1"], initial="0", marked=["1"])
+    S = condat(plant, plant)
+    with pytest.raises(
+        ModelError, match="event 'tick': it is the clock's, which nobody starts: make it uncontrollable"
+    ):
+        execute(S, plant, Clocked(plant), Priority(S))
 
 
 def test_a_driver_without_a_clock_is_refused() -> None:

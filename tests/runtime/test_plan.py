@@ -15,12 +15,12 @@ from tests.runtime.conftest import GOALS, Task
 from tests.runtime.fake import FakeDriver
 
 from thenar.errors import Fault, InputError, ModelError, UnknownName
+from thenar.explicit.components import strong_components
 from thenar.explicit.products import sync
 from thenar.library.glr.automata import ERROR_FREE
 from thenar.model.automaton import Automaton
 from thenar.model.problem import Problem
 from thenar.model.supervisor import Supervisor
-from thenar.runtime.cells import strong_components
 from thenar.runtime.driver import Detector, Skill
 from thenar.runtime.plan import CAP_S, PENALTY_S, Shortest
 from thenar.runtime.policy import Operator, Priority, RandomPolicy, policy_named

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from random import Random
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from tests.runtime.conftest import GOALS, Task
 
 import thenar
 from thenar.errors import InputError, UnknownName
-from thenar.explicit.cost import Case, cost_to_go
+from thenar.explicit.cost import Case, CostToGo, cost_to_go
 from thenar.model.automaton import Automaton
 from thenar.model.problem import Problem
 from thenar.model.supervisor import Supervisor
@@ -91,6 +92,22 @@ def test_with_the_seconds_of_skills_as_costs_and_nothing_in_between_it_is_the_sh
     done = task.run(task.driver(), policy=cheapest)
     also = task.run(task.driver(), policy=Shortest(task.supervisor, driver, through=GOALS))
     assert done.trace == also.trace
+
+
+@pytest.mark.parametrize(
+    ("case", "through", "plans"), [("best", [], 1), ("best", ["c0"], 2), ("worst", [], 2), ("worst", ["c0"], 3)]
+)
+def test_no_plan_is_made_twice(case: Case, through: list[str], plans: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    plant = Automaton.from_transitions(["0 -c0-> 1 -c1-> 0"], initial="0", marked=["0"])
+    made: list[Automaton] = []
+
+    def noted(automaton: Automaton, *args: Any, **more: Any) -> CostToGo:
+        made.append(automaton)
+        return cost_to_go(automaton, *args, **more)
+
+    monkeypatch.setattr("thenar.runtime.cheapest.cost_to_go", noted)
+    Cheapest(synthesize(Problem([plant])).supervisor, case=case, through=through)
+    assert len(made) == plans
 
 
 def test_a_cost_makes_it_go_another_way() -> None:

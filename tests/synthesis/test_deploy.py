@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tracemalloc
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import replace
 from random import Random
@@ -12,10 +13,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import thenar
-from thenar.errors import UnknownName
+from thenar.errors import InputError, UnknownName
+from thenar.explicit.forcing import supcon_forcing
 from thenar.explicit.products import sync
+from thenar.explicit.timed import TICK
 from thenar.library import model
 from thenar.model.automaton import Automaton
+from thenar.model.events import Event
 from thenar.model.problem import Problem
 from thenar.model.supervisor import Supervisor
 from thenar.model.trace import Check, Trace
@@ -88,10 +92,38 @@ def test_commands_that_follow_each_other_without_end_are_found() -> None:
         ["0 -a-> 1 -b-> 2 -c-> 3 -b-> 2", "3 -done-> 4"], initial="0", marked=["4"], uncontrollable=["done"]
     )
     supervisor = synthesize(Problem([plant])).supervisor
-    assert failed(fit_to_run(supervisor, plant, commands=["a", "b", "unknown"])) == []
+    assert failed(fit_to_run(supervisor, plant, commands=["a", "b"])) == []
     assert failed(fit_to_run(supervisor, plant, commands=["b", "c"])) == [
         "bounded response: no after a, b, c, b: the commands c, b can follow each other without end"
     ]
+
+
+VENTED = ["0 -tick-> 1 -vent-> 2 -tick-> 2", "1 -stop-> 2"]
+
+
+@pytest.mark.parametrize(("stop", "fails"), [(False, True), (True, False)])
+def test_what_is_forced_has_to_be_controllable_somewhere_for_a_skill_to_start_it(stop: bool, fails: bool) -> None:
+    """Synthesis may count on an uncontrollable event that is forcible; the executor cannot make it happen."""
+    events = [TICK, Event("vent", False, forcible=True), Event("stop", forcible=True)]
+    arrows = VENTED if stop else VENTED[:1]
+    plant = Automaton.from_transitions([*arrows, "1 -tick-> 3 -tick-> 3"], initial="0", marked=["2"], events=events)
+    supervisor = supcon_forcing(plant, [])
+    assert supervisor.forcing.any()
+    assert failed(fit_to_run(supervisor, plant)) == fails * [
+        "forced events can be started: no after tick: 'vent' is forced there, which no skill can start: "
+        "supervisor state 1"
+    ]
+
+
+def test_commands_that_are_none_are_refused() -> None:
+    plant = Automaton.from_transitions(["0 -on-> 1 -off-> 0"], initial="0", marked=["0"])
+    supervisor = synthesize(Problem([plant])).supervisor
+    with pytest.raises(UnknownName, match="unknown event 'onn'; did you mean 'on'"):
+        fit_to_run(supervisor, plant, commands=["onn"])
+    for ask in (lambda: fit_to_run(supervisor, plant, commands="on"), lambda: has_bounded_response(plant, "on"),
+                lambda: fit_for_sampling(supervisor, plant, "on"), lambda: longest_burst(plant, "on")):  # fmt: skip
+        with pytest.raises(InputError, match="commands is a list of events, not the text 'on'"):
+            ask()
 
 
 @given(problems(max_events=5, max_specs=1), st.integers(0, 255))
@@ -222,6 +254,18 @@ def test_fit_for_sampling_is_all_checks_on_the_closed_loop() -> None:
 def test_a_foreign_command_is_refused() -> None:
     with pytest.raises(UnknownName, match="unknown event 'statr_1'; did you mean 'start_1'"):
         is_confluent(synthesize(model("small_factory")).supervisor.automaton, ["statr_1"])
+
+
+def test_a_state_with_many_events_takes_no_memory_for_all_its_pairs() -> None:
+    """A thousand commands that exclude each other: half a million pairs, all of them wrong."""
+    names = [f"go_{k}" for k in range(1000)]
+    fork = Automaton.from_transitions([("0", e, "1") for e in names], initial="0", marked=["1"])
+    tracemalloc.start()
+    check = is_choice_free(fork)
+    held = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert check.reason == "command 'go_1' was enabled as well, and is not any more"
+    assert held < 5e6  # bytes; a pair is two numbers of 8
 
 
 def test_an_empty_loop_is_fit_for_everything() -> None:

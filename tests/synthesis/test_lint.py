@@ -1,12 +1,20 @@
 """What looks wrong is said, once each; what is right is not complained of."""
 
 import json
+from itertools import permutations
+from random import Random
 
+import numpy as np
 from click.testing import CliRunner
 
 import thenar
 from thenar import Automaton, ExtendedAutomaton, ExtendedProblem, Problem, Variable
 from thenar.cli.lint import lint as lint_command
+from thenar.explicit.exploration import ticker
+from thenar.symbolic.encode import Encoding
+from thenar.symbolic.synthesis import reach
+from thenar.synthesis.lint import _listed
+from thenar.testing.random_models import random_problem
 
 
 def said(problem: Problem | ExtendedProblem) -> list[str]:
@@ -32,6 +40,53 @@ def test_states_and_events_that_never_are() -> None:
         "event 'stuck': never happens: automaton 'P' has it in its alphabet, but no transition with it",
         "event 'nobody': no automaton has it",
     ]
+
+
+def test_the_states_never_reached_are_those_that_no_reachable_state_has() -> None:
+    found = 0
+    for seed in range(300):
+        problem = random_problem(Random(seed))
+        if any(a.is_empty for a in problem.automata):
+            continue
+        whole = thenar.sync(*problem.automata)
+        local = list(zip(*(whole.states[q].split("|") for q in range(whole.n_states)), strict=True))
+        for k, a in enumerate(problem.automata):
+            never = [a.states[q] for q in range(a.n_states) if a.states[q] not in local[k]]
+            wrong = [m for m in thenar.lint(problem) if m.where == f"automaton {a.name!r}" and "never" in m.what]
+            assert [m.what for m in wrong] == ([f"never reaches its state {_listed(never)}"] if never else []), seed
+            found += bool(never)
+    assert found > 100
+
+
+def test_parts_that_no_state_constrains_take_all_their_values() -> None:
+    """Diagrams leave out levels that make no difference: between two others, above, and below."""
+    for names in permutations("XYZ"):
+        free = [Automaton.from_transitions([f"0 -{n}-> 1 -{n}-> 0"], initial="0", marked=["0"], name=n) for n in names]
+        idle = Automaton.from_transitions([], initial="0", marked=["0"], states=["0", "1"], name="IDLE")
+        wrong = [m for m in said(Problem([free[0], idle, *free[1:]])) if "never reaches" in m]
+        assert wrong == ["automaton 'IDLE': never reaches its state '1'"]
+
+
+def test_a_long_automaton_takes_no_longer_than_its_states() -> None:
+    n = 100_000
+    chain = Automaton.from_arrays(
+        thenar.Alphabet(["a"]),
+        np.minimum(np.arange(n + 1), n - 1),
+        np.zeros(n - 1, np.int64),
+        np.arange(1, n),
+        marked=np.arange(n) == n - 1,
+    )
+    # a set of 100 000 values for each of 100 000 states would take 10 GB
+    assert thenar.lint(Problem(chain), limits=thenar.Limits(bytes=1 << 26)) == []
+
+
+def test_an_automaton_without_states() -> None:
+    nothing = Automaton.empty(thenar.Alphabet(["a"]), "NOTHING")
+    assert said(Problem(nothing)) == ["automaton 'NOTHING': has no states"]
+    plant = Automaton.from_transitions(["0 -a-> 0"], initial="0", marked=["0"], name="P")
+    assert said(Problem(plant, nothing)) == ["automaton 'NOTHING': has no states"]
+    encoding = Encoding(Problem(plant, nothing), ticker())
+    assert not reach(encoding)
 
 
 def test_updates_out_of_range_with_an_example() -> None:

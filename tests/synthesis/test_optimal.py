@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import time
+from fractions import Fraction
 from itertools import product
 from random import Random
 
@@ -298,6 +300,92 @@ def test_an_unfair_game_lasts_as_long_as_a_textbook_says() -> None:
     np.testing.assert_allclose(found.values, exact, rtol=1e-8, atol=1e-8)
 
 
+# -- what a float can hold ------------------------------------------------------------------------------------
+
+
+def throws(n: int, *more: str) -> Automaton:
+    """A coin is thrown until n heads come in a row, before or after ``more``."""
+    arrows = [*more]
+    for k in range(n):
+        arrows += [f"t{k} -throw-> a{k} -tails-> t0", f"a{k} -heads-> " + (f"t{k + 1}" if k < n - 1 else "goal")]
+    first = "home" if more else "t0"
+    return Automaton.from_transitions(arrows, initial=first, marked=["goal"], uncontrollable=["heads", "tails"])
+
+
+@pytest.mark.parametrize("n", [5, 20, 40, 100, 250, 300, 400])
+@pytest.mark.parametrize("tails", [1, 9])
+def test_a_run_of_heads_takes_as_many_throws_as_a_textbook_says(n: int, tails: int) -> None:
+    """Feller, vol. I, XIII.7: the first run of n successes takes (1 - p^n) / (q p^n) trials, that is Σ 1 / p^k."""
+    exact = sum(Fraction(1 + tails) ** k for k in range(1, n + 1))
+    found = cost_to_go(throws(n), {"heads": 0, "tails": 0}, case="expected", weights={"heads": 1, "tails": tails})
+    if exact > Fraction(1.7e308):
+        assert found.value == math.inf
+    else:
+        assert abs(Fraction(found.value) / exact - 1) <= Fraction(found.error) <= 1e-9
+
+
+def test_twenty_heads_in_a_row_are_dearer_than_a_taxi() -> None:
+    home = throws(20, "home -carry-> goal", "home -try-> t0")
+    found = cost_to_go(home, {"carry": 1000}, case="expected", weights={"heads": 1, "tails": 9})
+    assert (found.value, found.choices("home")) == (1000, ("carry",))
+    assert found.error <= 1e-9
+
+
+@pytest.mark.parametrize("n", [350, 800])
+def test_whose_first_policy_costs_more_than_any_number_finds_a_better_one(n: int) -> None:
+    """To give up is good only for who gives up at both doors; to try takes (9 / 10)^-n throws, which overflow."""
+    doors = [f"{x} -try-> t0 / {x} -carry-> m{x} -luck-> goal / m{x} -slip-> {y}" for x, y in ("ab", "ba")]
+    arrows = [arrow for door in doors for arrow in door.split(" / ")]
+    home = throws(n, "home -go-> a", *arrows)
+    plant = Automaton.from_transitions(
+        list(home.transitions()), initial="home", marked=["goal"], uncontrollable=["heads", "tails", "luck", "slip"]
+    )
+    costs = {"carry": 1e5, "luck": 0, "slip": 0, "go": 0}
+    found = cost_to_go(plant, costs, case="expected", weights={"heads": 1, "tails": 9})
+    assert found.value == pytest.approx(2e5, rel=1e-9)
+    assert found.choices("a") == found.choices("b") == ("carry",)
+    assert found.values[plant.state("t0")] == math.inf
+
+
+@pytest.mark.parametrize("n", [900, 1001, 3000])
+def test_policy_iteration_goes_on_until_it_is_done(n: int) -> None:
+    """Each state's way out is dear: the way through all of them is the best, and no state can know that at first."""
+    arrows = [f"s{k} -next-> s{k + 1}" for k in range(n - 1)]
+    arrows += [f"s{k} -direct-> goal" for k in range(n - 1)] + [f"s{n - 1} -exit-> goal"]
+    found = cost_to_go(
+        Automaton.from_transitions(arrows, initial="s0", marked=["goal"]), {"direct": 1e6}, case="expected"
+    )
+    assert found.value == n
+    assert found.error <= 1e-9
+
+
+def test_chances_far_apart_are_not_lost() -> None:
+    fall = Automaton.from_transitions(
+        ["0 -go-> goal", "0 -fall-> dead"], initial="0", marked=["goal"], uncontrollable=["fall"]
+    )
+    assert cost_to_go(fall, case="expected", weights={"go": 1e17}).value == math.inf
+    mend = Automaton.from_transitions(
+        ["0 -go-> goal", "0 -fail-> bad -fix-> goal"], initial="0", marked=["goal"], uncontrollable=["fail"]
+    )
+    for go, fail, value in ((1e308, 1e308, 51), (1, 1e-14, 1 + 1e-12), (1e300, 1e-300, 1), (5e-324, 1, 101)):
+        found = cost_to_go(mend, {"fix": 100}, case="expected", weights={"go": go, "fail": fail})
+        assert found.value == pytest.approx(value, rel=1e-15)
+    # a failure is rare, but costs what all the rest does: 1 - b must not be lost
+    rare = cost_to_go(mend, {"fix": 1e14, "fail": 0, "go": 0}, case="expected", weights={"go": 3e13})
+    assert rare.value == pytest.approx(1e14 / (3e13 + 1), rel=1e-14)
+
+
+@pytest.mark.parametrize("solver", ["table", "sparse"])
+def test_elimination_neither_cancels_nor_overflows(solver: str) -> None:
+    for n, p in ((60, 0.25), (180, 0.1), (300, 0.1), (400, 0.1), (400, 1e-300)):
+        row, column = np.repeat(np.arange(n), 2), np.zeros(2 * n, np.int64)
+        column[::2] = [*range(1, n), -1]
+        system = System(row, column, np.tile([p, 1 - p], n), np.ones(n))
+        x = system._tabulated() if solver == "table" else system.eliminate(kernel.Ticker())
+        exact = sum(Fraction(p) ** -k for k in range(1, n + 1))
+        assert x[0] == (math.inf if exact > 1.7e308 else pytest.approx(float(exact), rel=1e-12))
+
+
 # -- what is refused, and the edges ---------------------------------------------------------------------------
 
 
@@ -316,6 +404,64 @@ def test_numbers_that_are_none_are_refused() -> None:
         cost_to_go(lamp, case="expected", weights={"fail": math.inf})
 
 
+def test_numbers_of_other_kinds_are_taken_and_too_large_ones_are_refused() -> None:
+    lamp = Automaton.from_transitions(["off -on-> lit"], initial="off", marked=["lit"])
+    for number in (Fraction(1, 4), np.float64(0.25)):
+        assert cost_to_go(lamp, {"on": number}).value == 0.25
+    for large in (10**400, Fraction(10**400), 1.7e308):
+        with pytest.raises(InputError, match=r"costs of event 'on': a number above .* is too large to be added up"):
+            cost_to_go(lamp, {"on": large})
+    with pytest.raises(InputError, match=r"weights of event 'on': .* is too large"):
+        cost_to_go(lamp, case="expected", weights={"on": 10**400})
+
+
+@pytest.mark.parametrize("case", ["best", "worst", "expected"])
+def test_weights_are_checked_also_where_they_do_not_count(case: Case) -> None:
+    lamp = Automaton.from_transitions(["off -on-> lit"], initial="off", marked=["lit"])
+    with pytest.raises(UnknownName, match="unknown event 'onn'"):
+        cost_to_go(lamp, case=case, weights={"onn": 1})
+    with pytest.raises(InputError, match="weights of event 'on': -1"):
+        cost_to_go(lamp, case=case, weights={"on": -1})
+
+
+def test_whole_numbers_tie_exactly() -> None:
+    fork = Automaton.from_transitions(["0 -a,b-> goal"], initial="0", marked=["goal"])
+    assert cost_to_go(fork, {"a": 10**10, "b": 10**10 + 5}).choices(0) == ("a",)
+    assert cost_to_go(fork, {"a": 0.1 + 0.2, "b": 0.3}).choices(0) == ("a", "b")
+
+
+def test_choices_are_found_by_name_and_numbers_are_checked() -> None:
+    fork = Automaton.from_transitions(["0 -a,b-> goal"], initial="0", marked=["goal"])
+    assert cost_to_go(fork).choices("0") == ("a", "b")
+    for wrong in (-1, 2, "1"):
+        with pytest.raises(UnknownName, match="unknown state"):
+            cost_to_go(fork).choices(wrong)
+
+
+def test_who_forces_is_refused_unless_nothing_is_forced() -> None:
+    alphabet = Alphabet([Event("tick", controllable=False), Event("stop", forcible=True)])
+    plant = Automaton.from_transitions(
+        ["0 -tick-> 1 -stop-> 0", "1 -tick-> 1"], initial="0", marked=["0"], events=alphabet
+    )
+    spec = Automaton.from_transitions(["0 -tick-> 1 -stop-> 0"], initial="0", marked=["0", "1"], events=alphabet)
+    with pytest.raises(InputError, match="forces events in 1 state, where nobody may wait; costs are defined for"):
+        optimal_supervisor(plant, thenar.supcon_forcing(plant, spec))
+    least, _ = optimal_supervisor(plant, thenar.supcon_forcing(plant, plant))
+    assert thenar.is_isomorphic(least.automaton, plant)
+
+
+def test_all_stages_share_the_seconds(monkeypatch: pytest.MonkeyPatch) -> None:
+    loop = walk(2000)
+
+    def slow(*_: object, **__: object) -> Automaton:
+        time.sleep(0.2)
+        return loop
+
+    monkeypatch.setattr("thenar.synthesis.optimal.closed_loop", slow)
+    with pytest.raises(LimitReached, match=r"limit of 0.1\d* seconds"):
+        optimal_supervisor(loop, thenar.condat(loop, loop), case="expected", limits=Limits(seconds=0.19))
+
+
 def test_limits_stop_the_search() -> None:
     with pytest.raises(LimitReached):
         cost_to_go(walk(50_000), case="expected", limits=Limits(seconds=0.1))
@@ -329,3 +475,10 @@ def test_without_states_or_transitions_there_is_little_to_pay(case: Case) -> Non
     for marked, value in ((["0"], 0.0), ([], math.inf)):
         point = Automaton.from_transitions([], initial="0", marked=marked)
         assert cost_to_go(point, case=case).value == value
+
+
+@pytest.mark.parametrize("state", [-1, 2])
+def test_the_choices_of_a_state_that_is_none_are_refused(state: int) -> None:
+    lamp = Automaton.from_transitions(["off -on-> lit"], initial="off", marked=["lit"])
+    with pytest.raises(UnknownName, match=f"unknown state {state}"):
+        cost_to_go(lamp).choices(state)

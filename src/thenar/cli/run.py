@@ -216,7 +216,8 @@ def fit_loop(problem: Problem) -> tuple[Supervisor, Automaton]:
     if supervisor.is_empty:
         say(f"{problem}\n{reason}")
         raise click.exceptions.Exit(1)
-    commands = [event for event, skill in SKILLS.items() if skill.plan.commit == "command"]
+    known = supervisor.automaton.alphabet
+    commands = [event for event, skill in SKILLS.items() if skill.plan.commit == "command" and event in known]
     plant = sync(*problem.plants, name="G")
     failed = [c for c in fit_to_run(supervisor, plant, commands) if not c]
     if failed:

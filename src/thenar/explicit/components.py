@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from thenar.explicit.rows import row_offsets, sources
+from thenar.explicit.rows import entries, row_offsets, sources
 from thenar.model.automaton import Automaton
 
-__all__ = ["heights", "strong_components"]
+__all__ = ["heights", "strong_components", "way_round"]
 
 
 def strong_components(offsets: Sequence[int], targets: Sequence[int]) -> NDArray[np.int64]:
@@ -68,9 +68,24 @@ def heights(automaton: Automaton) -> NDArray[np.int64]:
     missing = missing.copy()
     while len(front):
         height[front] = level
-        length = enters[front + 1] - enters[front]
-        edge = np.arange(length.sum()) + np.repeat(enters[front] - np.cumsum(length) + length, length)
-        np.subtract.at(missing, before[edge], 1)
-        reached = np.unique(before[edge])
+        into = before[entries(enters, front)]
+        np.subtract.at(missing, into, 1)
+        reached = np.unique(into)
         front, level = reached[missing[reached] == 0], level + 1
     return height
+
+
+def way_round(automaton: Automaton, height: NDArray[np.int64], state: int) -> tuple[list[str], list[str]]:
+    """Return the way from ``state``, whose :func:`heights` are -1, to a cycle, and the events once round it.
+
+    >>> a = Automaton.from_transitions(["0 -a-> 1 -b-> 2 -c-> 1"], initial="0")
+    >>> way_round(a, heights(a), 0)
+    (['a'], ['b', 'c'])
+    """
+    names: list[str] = []
+    seen: dict[int, int] = {}
+    while state not in seen:  # each state without a longest string leads to another one
+        seen[state] = len(names)
+        event, state = next((e, t) for e, t in automaton.row(state) if height[t] < 0)
+        names.append(automaton.alphabet[event].name)
+    return names[: seen[state]], names[seen[state] :]

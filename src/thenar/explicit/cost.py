@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 from heapq import heapify, heappop, heappush
 from typing import Literal, TypeAlias, get_args
 
@@ -19,13 +20,25 @@ from thenar.model.automaton import Automaton
 from thenar.model.limits import Limits, Progress
 from thenar.model.trace import Trace
 
-__all__ = ["Case", "CostToGo", "Costs", "cheapest_trace", "cost_to_go", "numbers_of_events"]
+__all__ = [
+    "Case",
+    "CostToGo",
+    "Costs",
+    "cheapest_trace",
+    "cost_to_go",
+    "least_cost",
+    "numbers_of_events",
+    "settle",
+    "settled_choices",
+]
 
-Costs: TypeAlias = Mapping[str, float]
+Costs: TypeAlias = Mapping[str, float | Fraction]
 """A number for each event by its name; an event that is not mentioned has 1."""
 
 Case: TypeAlias = Literal["best", "expected", "worst"]
-TIE = 1e-9  # relative; costs that differ by less are the same, for sums of floats depend on their order
+_SAME_SUM = 1e-9  # relative; costs that differ by less are the same, for sums of floats depend on their order
+_EXACT = 2.0**53  # whole numbers up to here are added without rounding
+_LARGEST = float(np.finfo(np.float64).max)
 _LOOK = 10_000  # states between two looks at the limits
 
 
@@ -34,11 +47,12 @@ class CostToGo:
     """The least cost of the way from each state to a marked one, and the choices that have this cost.
 
     * ``automaton``, ``case``: what was asked
-    * ``values``: (n_states,) float64, 0 in marked states, infinite where no choice is sure to lead to one
+    * ``values``: (n_states,) float64, 0 in marked states, infinite where no choice is sure to lead to one, or where
+      the expected cost is above 1.8e308
     * ``chosen``: (n_transitions,) bool, the controllable transitions that have the least cost
     * ``waits``: (n_states,) bool, where the least cost is also had by starting nothing
     * ``error``: the values are right within this share of them; 0 up to rounding but for expected costs, where it
-      is a bound, and a loose one if costs differ by many orders of magnitude
+      is a bound, and a loose one if costs differ by many orders of magnitude, see :mod:`thenar.explicit.chance`
 
     Where the value is infinite nothing is better than anything else, and in a marked state the way is at its end:
     there all transitions are ``chosen``.
@@ -65,10 +79,14 @@ class CostToGo:
         """The cost from the initial state; infinite if there is no state."""
         return float(self.values[self.automaton.initial]) if self.automaton.n_states else math.inf
 
-    def choices(self, state: int) -> tuple[str, ...]:
-        """Return the controllable events that have the least cost in ``state``, in the order of the alphabet."""
+    def choices(self, state: str | int) -> tuple[str, ...]:
+        """Return the controllable events that have the least cost in ``state``, in the order of the alphabet.
+
+        Raises UnknownName for a name, or a number, that is no state's.
+        """
         a = self.automaton
-        lo, hi = a.offsets[state], a.offsets[state + 1]
+        q = a.state(state)
+        lo, hi = a.offsets[q], a.offsets[q + 1]
         events = a.events[lo:hi][self.chosen[lo:hi]].tolist()
         return tuple(a.alphabet[e].name for e in events if a.alphabet[e].controllable)
 
@@ -105,9 +123,10 @@ def cost_to_go(
 
     A choice has the least cost if v(e) = V(q), in the worst case where U is not empty if v(e) ≤ V(q): it does no
     harm; but each choice must come nearer.  So an event of cost 0 must lead to a state with fewer events to go.
+    Whole numbers are compared exactly, other sums as equal within 1e-9 of them, expected costs within 1e-8.
 
-    Raises UnknownName for an event that the automaton does not have, InputError for a number below 0 or none at
-    all, LimitReached at a limit.
+    Raises UnknownName for an event that the automaton does not have, InputError for a number below 0, none at all or
+    too large to be added up, LimitReached at a limit.
 
     >>> way = ["home -fly-> there", "home -drive-> road -jam-> late -walk-> there", "road -arrive-> there"]
     >>> trip = Automaton.from_transitions(way, initial="home", marked=["there"], uncontrollable=["jam", "arrive"])
@@ -119,14 +138,20 @@ def cost_to_go(
     CostToGo (worst): 5 from the initial state ('fly',)
     CostToGo (expected): 3.5 from the initial state ('drive',)
     """
+    return least_cost(automaton, costs, case, weights, ticker(limits, progress))
+
+
+def least_cost(
+    automaton: Automaton, costs: Costs | None, case: Case, weights: Costs | None, tick: kernel.Ticker
+) -> CostToGo:
+    """Return what :func:`cost_to_go` returns, as part of a longer computation."""
     if case not in get_args(Case):
         raise UnknownName("case", case, get_args(Case))
     price = numbers_of_events("costs", automaton, costs)
-    tick = ticker(limits, progress)
+    odds = numbers_of_events("weights", automaton, weights)
     if case == "expected":
         from thenar.explicit.chance import expected_cost
 
-        odds = numbers_of_events("weights", automaton, weights, infinite=True)
         return expected_cost(automaton, price, odds, tick)
     return _sure_cost(automaton, price, case, tick)
 
@@ -145,7 +170,8 @@ def cheapest_trace(
     """
     goal = automaton.marked if to is None else np.arange(automaton.n_states) == automaton.state(to)
     price = numbers_of_events("costs", automaton, costs)
-    value, steps = _settle(automaton, goal, price, np.ones(automaton.n_transitions, np.bool_), False, ticker())
+    paid, counts = price[automaton.events], np.ones(automaton.n_transitions, np.bool_)
+    value, steps = settle(automaton, goal, paid, counts, False, ticker())
     if automaton.is_empty or not math.isfinite(value[automaton.initial]):
         return None
     q, total, names = automaton.initial, float(value[automaton.initial]), []
@@ -157,18 +183,22 @@ def cheapest_trace(
 
 
 def numbers_of_events(
-    what: str, automaton: Automaton, given: Costs | None, *, infinite: bool = False
+    what: Literal["costs", "weights"], automaton: Automaton, given: Costs | None
 ) -> NDArray[np.float64]:
-    """Return (len(alphabet),) float64: the number of each event, checked; ``what`` names them in an error."""
+    """Return (len(alphabet),) float64: the cost, or weight, of each event, checked."""
     numbers = np.ones(len(automaton.alphabet))
-    for name, number in (given or {}).items():
+    most = _LARGEST / max(automaton.n_states, 1) if what == "costs" else _LARGEST
+    for name, value in (given or {}).items():
+        number = value.item() if isinstance(value, np.generic) else value
         k = automaton.alphabet.index(name)
-        allowed = infinite and automaton.alphabet[k].controllable
-        if not (isinstance(number, (int, float, np.number)) and 0 <= number and (allowed or number < math.inf)):
+        is_weight = what == "weights" and automaton.alphabet[k].controllable
+        if not (isinstance(number, (int, float, Fraction)) and 0 <= number and (is_weight or number < math.inf)):
             raise InputError(f"{what} of event {name!r}: {number!r} is no number from 0 on")
-        if allowed and not number:
+        if is_weight and not number:
             raise InputError(f"{what} of event {name!r}: a controllable event of weight 0 could never be started")
-        numbers[k] = number
+        if most < number < math.inf:
+            raise InputError(f"{what} of event {name!r}: a number above {most:.2g} is too large to be added up")
+        numbers[k] = float(number)
     return numbers
 
 
@@ -194,34 +224,36 @@ def _sure_cost(automaton: Automaton, price: NDArray[np.float64], case: Case, tic
         exposed = np.zeros(a.n_states, np.bool_)
         exposed[source[free]] = True
         counts = free | ~exposed[source]
-    value, steps = _settle(a, a.marked, price, counts, case == "worst", tick)
+    paid = price[a.events]
+    value, steps = settle(a, a.marked, paid, counts, case == "worst", tick)
     here, there = value[source], value[a.targets]
-    after = price[a.events] + there if a.n_transitions else there
     comes_nearer = (there < here) | ((there == here) & (steps[a.targets] < steps[source]))
-    nearer = np.isfinite(here) & comes_nearer & (after <= here * (1.0 + TIE))
+    is_exact = (paid % 1 == 0).all() and paid.max(initial=0.0) * a.n_states <= _EXACT
+    nearer = np.isfinite(here) & comes_nearer & (paid + there <= here * (1.0 if is_exact else 1.0 + _SAME_SUM))
     return CostToGo(a, case, value, *settled_choices(a, nearer, value))
 
 
-def _settle(
+def settle(
     automaton: Automaton,
     goal: NDArray[np.bool_],
-    price: NDArray[np.float64],
+    paid: NDArray[np.float64],
     counts: NDArray[np.bool_],
     adverse: bool,
     tick: kernel.Ticker,
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Return cost and number of events of the way from each state to ``goal``, infinite and 0 where there is none.
 
-    Only the transitions of the mask ``counts`` are looked at.  A state takes the best of its transitions, but with
-    ``adverse`` the worst of the uncontrollable ones where it has some.  States are settled in the order of their
-    (cost, events): a number that grows with each of those that it comes from, so that those are settled first.
+    ``paid``, (n_transitions,), is what each transition costs; only those of the mask ``counts`` are looked at.  A
+    state takes the best of them, but with ``adverse`` the worst of the uncontrollable ones where it has some.  States
+    are settled in the order of their (cost, events): a number that grows with each of those that it comes from, so
+    that those are settled first.
     """
     a, n = automaton, automaton.n_states
     source = sources(a)
     used = np.flatnonzero(counts & ~goal[source])
     used = used[np.argsort(a.targets[used], kind="stable")]
     enters = row_offsets(np.bincount(a.targets[used], minlength=n)).tolist()
-    leaves, paid = source[used].tolist(), price[a.events[used]].tolist()
+    leaves, fees = source[used].tolist(), paid[used].tolist()
     to_come = np.zeros(n, np.int64)
     if adverse:
         to_come = np.bincount(source[used][a.alphabet.uncontrollable[a.events[used]]], minlength=n)
@@ -242,7 +274,7 @@ def _settle(
             looked = found
             tick.look(found, enters[q])
         for k in range(enters[q], enters[q + 1]):
-            p, sum_ = leaves[k], cost + paid[k]
+            p, sum_ = leaves[k], cost + fees[k]
             if missing[p]:
                 missing[p] -= 1
                 worst[p] = max(worst[p], (sum_, events + 1))

@@ -28,7 +28,7 @@ from thenar.errors import InputError, UnknownName, counted
 from thenar.explicit.control import forbidden
 from thenar.explicit.exploration import Automata, Exploration, as_tuple, common_alphabet, ticker
 from thenar.explicit.reach import path_to, restrict
-from thenar.explicit.rows import bytemask, kept, row_offsets, sources
+from thenar.explicit.rows import bytemask, entries, kept, row_offsets, sources
 from thenar.explicit.timed import TICK
 from thenar.model.automaton import Automaton
 from thenar.model.events import Alphabet, Event
@@ -139,8 +139,8 @@ def is_forcibly_controllable(
 ) -> Check:
     """Return whether ``spec`` is forcibly controllable with respect to ``plant``, on the strings that both can do.
 
-    The witness leads to where it is not, and ends with the event in question.  O(|δ|) of their product.  Errors as for
-    :func:`supcon_forcing`, sources too.
+    The witness leads to where it is not, on a shortest way, and ends with the event in question.  O(|δ|) of their
+    product.  Errors as for :func:`supcon_forcing`, sources too.
 
     >>> alphabet = Alphabet([TICK, Event("stop", forcible=True)])
     >>> plant = Automaton.from_transitions(["0 -tick-> 1 -stop-> 0", "1 -tick-> 1"], initial="0", events=alphabet)
@@ -158,29 +158,30 @@ def is_forcibly_controllable(
     if any(a.is_empty for a in (*plants, *specs)):
         return Check(title, True)
     tick = ticker(limits, progress)
-    exploration = Exploration(plants, specs, alphabet, tick, uncontrollable=kinds.hard)
-    path = exploration.shortest(exploration.native.illegal)
-    if path is not None:
-        for event, by, q in forbidden(exploration, path[-1][1] if path else 0, uncontrollable_only=True):
-            if kinds.hard[alphabet.index(event)]:
-                why = f"{event!r}, which nothing preempts, is forbidden by {by.name!r} in state {by.states[q]!r}"
-                return Check(title, False, Trace([*(e for e, _ in path), event]), why)
+    # nothing is illegal to the kernel: then all that is forbidden is listed, also what nothing preempts
+    exploration = Exploration(plants, specs, alphabet, tick, uncontrollable=np.zeros_like(kinds.hard))
     whole = exploration.extract("", tick)
     a = whole.automaton
     source, owner = sources(a), np.repeat(np.arange(a.n_states), np.diff(whole.disabled_offsets))
-    forces, can_force, keeps = (np.zeros(a.n_states, np.bool_) for _ in range(3))
+    breaks, forces, can_force, keeps = (np.zeros(a.n_states, np.bool_) for _ in range(4))
+    breaks[owner[kinds.hard[whole.disabled]]] = True
     forces[owner[kinds.free[whole.disabled]]] = True
     can_force[source[kinds.forcible[a.events]]] = True
     keeps[source[kinds.gone[a.events]]] = True
-    found = path_to(a, forces & (~can_force | keeps))
+    found = path_to(a, breaks | (forces & (~can_force | keeps)))
     if found is None:
         return Check(title, True)
     trace, x = found
-    lost = next(e for e in whole.disabled[owner == x].tolist() if kinds.free[e])
-    where = f"{alphabet[lost].name!r} is forbidden in state {a.states[x]!r}"
+    if breaks[x]:
+        lost = forbidden(exploration, int(whole.origin[x]), uncontrollable_only=True)
+        event, by, q = next((e, by, q) for e, by, q in lost if kinds.hard[alphabet.index(e)])
+        why = f"{event!r}, which nothing preempts, is forbidden by {by.name!r} in state {by.states[q]!r}"
+        return Check(title, False, Trace([*trace, event]), why)
+    free = next(alphabet[e].name for e in whole.disabled[owner == x].tolist() if kinds.free[e])
+    where = f"{free!r} is forbidden in state {a.states[x]!r}"
     if not can_force[x]:
         why = f"{where}, and no forcible event is left there"
-        return Check(title, False, Trace([*trace, alphabet[lost].name]), why)
+        return Check(title, False, Trace([*trace, free]), why)
     kept_event = next(alphabet[e].name for e, _ in a.row(x) if kinds.gone[e])
     why = f"{where}; the event forced there would preempt {kept_event!r} too, which is allowed"
     return Check(title, False, Trace([*trace, kept_event]), why)
@@ -258,9 +259,7 @@ class _Game:
         while len(states):
             tick.look(self.a.n_states, self.a.n_transitions)
             self.left[states] = False
-            length = self.into_offsets[states + 1] - self.into_offsets[states]
-            first = np.repeat(self.into_offsets[states] - np.cumsum(length) + length, length)
-            edges = self.into[np.arange(length.sum()) + first]
+            edges = self.into[entries(self.into_offsets, states)]
             source, event = self.source[edges], self.event[edges]
             self.forces[source[kinds.free[event]]] = True
             np.subtract.at(self.ways, source[kinds.forcible[event]], 1)

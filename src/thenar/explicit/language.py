@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from thenar._native import kernel
 from thenar.explicit.exploration import Exploration, ticker
 from thenar.explicit.reach import reachable
-from thenar.explicit.rows import bytemask, row_offsets, rows_in_order_of, sources
+from thenar.explicit.rows import bytemask, entries, row_offsets, rows_in_order_of, sources
 from thenar.model.automaton import Automaton
 from thenar.model.events import Alphabet
 from thenar.model.limits import Limits, Progress
@@ -79,14 +79,12 @@ def minimize(automaton: Automaton) -> Automaton:
     sizes = np.bincount(block)
     member_offsets = row_offsets(sizes)
     chosen = order[member_offsets[:-1]]  # any member will do
-    degree = np.diff(a.offsets)[chosen]
-    offsets = row_offsets(degree)
-    edge = np.arange(offsets[-1]) + np.repeat(a.offsets[chosen] - offsets[:-1], degree)
+    edge = entries(a.offsets, chosen)
     quotient = Automaton(
         a.name,
         a.alphabet,
         int(block[a.initial]),
-        offsets,
+        row_offsets(np.diff(a.offsets)[chosen]),
         a.events[edge],
         block[a.targets[edge]],
         a.marked[chosen],

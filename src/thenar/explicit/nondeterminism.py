@@ -18,7 +18,7 @@ from thenar.model.events import Alphabet
 from thenar.model.expressions import TRUE
 from thenar.model.extended import ExtendedAutomaton
 from thenar.model.limits import Limits, Progress
-from thenar.model.names import Grouped, Listed, StateNames, state_index
+from thenar.model.names import Grouped, Listed, StateNames, every_name, state_index
 
 __all__ = ["EPSILON", "Moves", "determinise", "subsets"]
 
@@ -105,8 +105,8 @@ def determinise(
     order of the alphabet, and not minimal: see :func:`~thenar.explicit.language.minimize`.  O(2^|Q|) in the worst
     case: give ``limits``.
 
-    Raises ModelError for guards and updates, UnknownName for a silent event that the alphabet lacks, LimitReached
-    at a limit.   [Rabin and Scott 1959]
+    Raises InputError for an :class:`Automaton`, which is deterministic, ModelError for guards and updates, UnknownName
+    for a silent event that the alphabet lacks, LimitReached at a limit.   [Rabin and Scott 1959]
 
     >>> coin = ExtendedAutomaton.from_edges(
     ...     "COIN", ["up -flip-> up", "up -flip-> down -stop-> end"], initial="up", marked=["end"])
@@ -117,6 +117,9 @@ def determinise(
     """
     if isinstance(silent, str):
         raise InputError(f"silent is a list of events, not the text {silent!r}")
+    if isinstance(automaton, Automaton):
+        which = f"automaton {automaton.name!r}" if automaton.name else "it"
+        raise InputError(f"determinise: {which} is an Automaton, which is deterministic already; project erases events")
     mistakes = [
         Mistake(f"determinise: {automaton.place(k)} of {automaton.name!r}", f"it has {what}; {_WAY_OUT}")
         for k, edge in enumerate(automaton.edges)
@@ -136,7 +139,10 @@ def determinise(
 
 
 def subsets(moves: Moves, name: str, limits: Limits | None = None, progress: Progress | None = None) -> Automaton:
-    """Return the subset construction of ``moves``, named ``name``: each state stands for a set of theirs."""
+    """Return the subset construction of ``moves``, named ``name``: each state stands for a set of theirs.
+
+    It is called after them; those whose names could be taken for sets, or for several, are quoted if they are.
+    """
     if not len(moves.initial):
         return Automaton.empty(moves.alphabet, name)
     several, first = len(moves.initial) > 1, int(moves.initial[0])
@@ -161,7 +167,7 @@ def subsets(moves: Moves, name: str, limits: Limits | None = None, progress: Pro
         members = np.delete(members, member_offsets[1] - 1)
         member_offsets = np.maximum(member_offsets - 1, 0)
         initial = _same_as_the_first(member_offsets, members)
-    states = Grouped(moves.states, member_offsets, members)
+    states = _told_apart(Grouped(moves.states, member_offsets, members))
     automaton = Automaton(name, moves.alphabet, initial, offsets, labels, targets, marked.view(np.bool_), states)
     return reachable(automaton) if initial else automaton
 
@@ -175,6 +181,36 @@ def _same_as_the_first(offsets: NDArray[np.int64], members: NDArray[np.int64]) -
             return 0
         others = others[members[offsets[others] + k] == members[k]]
     return int(others[0]) if len(others) else 0
+
+
+def _told_apart(sets: Grouped) -> Grouped:
+    """Return ``sets``, the names of their members in quotes where necessary if two of them had one name."""
+    if not any(map(_looks_like_sets, every_name(sets.names))):
+        return sets
+    names = every_name(sets)
+    return sets if len(set(names)) == len(names) else replace(sets, names=_Quoted(sets.names))
+
+
+def _looks_like_sets(name: str) -> bool:
+    return name.startswith(("{", "'")) or ", " in name
+
+
+@dataclass(frozen=True, slots=True)
+class _Quoted:
+    """Names of which those are in quotes that could be taken for sets of names, or for several of them."""
+
+    names: StateNames
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    def __getitem__(self, state: int, /) -> str:
+        name = self.names[state]
+        return "'" + name.replace("'", "''") + "'" if _looks_like_sets(name) else name
+
+    def take(self, states: NDArray[np.int64]) -> StateNames:
+        """Return the names of ``states``."""
+        return _Quoted(self.names.take(states))
 
 
 @dataclass(frozen=True, slots=True)

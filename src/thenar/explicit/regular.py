@@ -15,14 +15,14 @@ from numpy.typing import NDArray
 
 from thenar.errors import InputError
 from thenar.explicit.exploration import Exploration, common_alphabet, ticker
-from thenar.explicit.language import complement
 from thenar.explicit.nondeterminism import Moves, subsets
-from thenar.explicit.products import meet, selfloop
+from thenar.explicit.products import selfloop
 from thenar.explicit.reach import distance_to_marked, reachable, trim
-from thenar.explicit.rows import row_offsets, rows_in_order_of, sources
+from thenar.explicit.rows import entries, row_offsets, rows_in_order_of, sources
 from thenar.model.automaton import Automaton
 from thenar.model.events import Alphabet, Event
 from thenar.model.limits import Limits, Progress
+from thenar.model.names import Composed, Layout
 
 __all__ = [
     "concatenation",
@@ -35,6 +35,8 @@ __all__ = [
     "reverse",
     "union",
 ]
+
+_PAIRS = Layout((0, 1), (0, 0), (32, 32))  # a word for each of two states
 
 
 def inverse_project(automaton: Automaton, events: Iterable[Event | str] | Alphabet, *, name: str = "") -> Automaton:
@@ -156,8 +158,9 @@ def difference(
 ) -> Automaton:
     """Return A ∖ B: Lm = Lm(A) ∖ Lm(B), and L = L(A), over the union of their alphabets.
 
-    L does not shrink: what is not marked any more can still happen; see :func:`~thenar.explicit.reach.trim`.
-    O(|δA| |QB|) in the worst case.
+    L does not shrink: what is not marked any more can still happen; see :func:`~thenar.explicit.reach.trim`.  A state
+    is a pair; where B cannot follow it is in a state ``dump`` (with primes, should the name be taken), and A goes on.
+    O(|δA| |QB|) in the worst case; the states that count against ``limits`` are those of A ∩ B.
 
     Raises AlphabetClash for an event with two meanings, LimitReached at a limit.
 
@@ -169,7 +172,31 @@ def difference(
     """
     alphabet = common_alphabet([a, b])
     title = name or _joined((a, b), "∖")
-    return meet(_widened(a, alphabet), complement(_widened(b, alphabet)), name=title, limits=limits, progress=progress)
+    alone, mate, dump = _widened(a, alphabet), _with_dump(_widened(b, alphabet)), b.n_states
+    if a.is_empty or b.is_empty:
+        return reachable(replace(alone, name=title, meaning=""))
+    tick = ticker(limits, progress)
+    exploration = Exploration((alone, mate), (), alphabet, tick, blocking=True)
+    pairs = exploration.extract("", tick)
+    both, n = pairs.automaton, pairs.automaton.n_states
+    in_a, in_b = exploration.coordinates(pairs.origin).T
+    # first the pairs, each with the row of its state of A, then the states of A beside the dump
+    degree, edge = np.diff(alone.offsets), entries(alone.offsets, in_a)
+    target, k = alone.targets[edge] + n, len(alphabet)
+    every = np.repeat(np.arange(n), degree[in_a]) * k + alone.events[edge]
+    target[np.searchsorted(every, sources(both) * k + both.events)] = both.targets
+    local = np.stack((np.append(in_a, np.arange(a.n_states)), np.append(in_b, np.full(a.n_states, dump))), axis=1)
+    rest = Automaton(
+        title,
+        alphabet,
+        0,
+        row_offsets(degree[local[:, 0]]),
+        np.append(alone.events[edge], alone.events),
+        np.append(target, alone.targets + n).astype(np.int32),
+        a.marked[local[:, 0]] & ~mate.marked[local[:, 1]],
+        Composed((a.states, mate.states), (a.name, b.name), _PAIRS, local.astype(np.uint64)),
+    )
+    return reachable(rest)
 
 
 def quotient(
@@ -275,6 +302,10 @@ def reverse(
 def _some(automata: tuple[Automaton, ...], operation: str) -> None:
     if not automata:
         raise InputError(f"{operation}: give at least one automaton")
+    for a in automata:
+        if not isinstance(a, Automaton):
+            hint = f": give them one by one, {operation}(a, b)" if isinstance(a, Iterable) else ""
+            raise InputError(f"{operation} takes automata, not {type(a).__name__}{hint}")
 
 
 def _joined(automata: tuple[Automaton, ...], sign: str) -> str:
@@ -285,6 +316,16 @@ def _widened(automaton: Automaton, alphabet: Alphabet) -> Automaton:
     """Return ``automaton`` over the larger ``alphabet``, whose other events it blocks."""
     events, targets = rows_in_order_of(alphabet, automaton)
     return replace(automaton, alphabet=alphabet, events=events, targets=targets)
+
+
+def _with_dump(automaton: Automaton) -> Automaton:
+    """Return ``automaton`` with one more state, the last, which is never entered."""
+    return replace(
+        automaton,
+        offsets=np.append(automaton.offsets, automaton.n_transitions),
+        marked=np.append(automaton.marked, False),
+        states=Moves.of(automaton).and_state("dump", marked=False).states,
+    )
 
 
 def _assembled(

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from thenar.explicit.nondeterminism import Moves, subsets
+from thenar.explicit.reach import reachable
 from thenar.model.automaton import Automaton
 from thenar.model.events import Alphabet, Event, merge
 from thenar.model.limits import Limits, Progress
@@ -28,7 +29,8 @@ def relabel(
     L and Lm are the images of those of ``automaton``; other events keep their names.  A new name given as text keeps
     the properties of the event, an :class:`Event` brings its own.  Two events may become one: where both lead on from
     a state, a state of the result stands for the set of states in which the automaton may be (as in
-    :func:`~thenar.explicit.language.project`).  O(|δ|), and O(2^|Q|) in the worst case where events become one.
+    :func:`~thenar.explicit.language.project`).  What cannot be reached is dropped, and the rest numbered breadth-first.
+    O(|δ|), and O(2^|Q|) in the worst case where events become one.
 
     Raises UnknownName for an event outside the alphabet, AlphabetClash for one name with two meanings, LimitReached.
 
@@ -43,7 +45,7 @@ def relabel(
     image = [_called(event, names.get(event.name, event)) for event in automaton.alphabet]
     alphabet = merge([Alphabet([event]) for event in image], [f"{e.name}, renamed" for e in automaton.alphabet])
     if len(alphabet) == len(image):
-        return replace(automaton, alphabet=alphabet, name=name or automaton.name)
+        return reachable(replace(automaton, alphabet=alphabet, name=name or automaton.name))
     moves = Moves.of(automaton)
     place = np.array([alphabet.index(event) for event in image], np.int64)
     return subsets(

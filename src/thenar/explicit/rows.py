@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from thenar.model.automaton import Automaton
 from thenar.model.events import Alphabet
 
-__all__ = ["bytemask", "kept", "own_mask", "row_offsets", "rows_in_order_of", "sources"]
+__all__ = ["bytemask", "entries", "kept", "own_mask", "row_offsets", "rows_in_order_of", "sources"]
 
 
 def bytemask(mask: ArrayLike) -> NDArray[np.uint8]:
@@ -30,6 +30,18 @@ def row_offsets(degrees: ArrayLike) -> NDArray[np.int64]:
     [0, 2, 2, 3]
     """
     return np.concatenate(([0], np.cumsum(degrees))).astype(np.int64)
+
+
+def entries(offsets: NDArray[np.int64], rows: NDArray[np.integer]) -> NDArray[np.int64]:
+    """Return the places of all entries of ``rows``, one row after the other.
+
+    >>> entries(row_offsets([2, 0, 3]), np.array([2, 0])).tolist()
+    [2, 3, 4, 0, 1]
+    """
+    length = offsets[rows + 1] - offsets[rows]
+    begin = row_offsets(length)
+    places: NDArray[np.int64] = np.arange(begin[-1]) + np.repeat(offsets[rows] - begin[:-1], length)
+    return places
 
 
 def sources(automaton: Automaton) -> NDArray[np.int64]:

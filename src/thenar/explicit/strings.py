@@ -65,8 +65,8 @@ def count_strings(
 ) -> int:
     """Return how many strings of Lm, or of L if not ``marked``, have at most ``length`` events; exactly.
 
-    O(length |δ|) additions of numbers of O(length log |Σ|) bits, of which as many as states are kept; of ``limits``,
-    the seconds bound it.
+    O(length |δ|) additions of numbers of O(length log |Σ|) bits, of which as many as states are kept.  Of ``limits``
+    those on states and transitions are about what can be reached of the automaton; the seconds bound the counting.
 
     Raises InputError for a negative length, LimitReached at a limit.
 
@@ -97,8 +97,8 @@ def sample(
     alike, as it goes: that is quick, stops nowhere but at dead ends, and prefers strings along which there is little to
     choose.)  The same ``rng`` gives the same strings.
 
-    Counting takes O(length |δ|), and keeps length |Q| numbers; drawing O(length |Σ|) for each string.  Of ``limits``,
-    the seconds bound the counting.
+    Counting takes O(length |δ|), and keeps length |Q| numbers; drawing O(length |Σ|) for each string.  ``limits`` bound
+    the counting, as in :func:`count_strings`.
 
     Raises InputError if there is no such string, LimitReached at a limit.   [Nijenhuis and Wilf 1978]
 

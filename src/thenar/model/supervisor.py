@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,6 +67,10 @@ class Supervisor(Displayable):
     def __post_init__(self) -> None:
         for array in (self.disabled_offsets, self.disabled):
             array.flags.writeable = False
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # as an automaton's: the arrays of a pickle would be writable
+        return type(self), tuple(getattr(self, f.name) for f in fields(self))
 
     @property
     def is_empty(self) -> bool:

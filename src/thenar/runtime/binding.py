@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from thenar.errors import Mistake, ModelError, did_you_mean
+from thenar.explicit.timed import TICK
 from thenar.model.events import Alphabet
 from thenar.runtime.driver import Driver
 
@@ -24,7 +25,8 @@ def check_binding(alphabet: Alphabet, driver: Driver) -> None:
     """Raise ModelError with every event of ``alphabet`` that ``driver`` cannot do or sense; O(|Σ|).
 
     A controllable event needs a skill; an uncontrollable one needs a detector, unless it is a watchdog's
-    (``timeout_1``).  Skills and detectors for other events do no harm.
+    (``timeout_1``).  ``tick`` is the clock's, and must not be controllable.  Skills and detectors for other events do
+    no harm.
 
     >>> check_binding(Alphabet(["lift"]), type("Hand", (), {"skills": {"lift*": None}, "detectors": {}}))
     Traceback (most recent call last):
@@ -37,6 +39,9 @@ def check_binding(alphabet: Alphabet, driver: Driver) -> None:
             if event.controllable
             else ("uncontrollable", "detector", driver.detectors)
         )
+        if event.name == TICK.name and event.controllable:
+            mistakes.append(Mistake("event 'tick'", "it is the clock's, which nobody starts: make it uncontrollable"))
+            continue
         if event.name in known or (not event.controllable and event.name.startswith(TIMEOUT)):
             continue
         near = did_you_mean(event.name, known)

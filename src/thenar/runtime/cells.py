@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thenar.errors import InputError
-from thenar.explicit.components import strong_components
 from thenar.explicit.control import obeyed
+from thenar.explicit.rows import entries
 from thenar.model.supervisor import Supervisor
 
-__all__ = ["Cells", "strong_components", "unfold"]
+__all__ = ["Cells", "unfold"]
 
 Ints = NDArray[np.int64]
 
@@ -69,7 +69,7 @@ def unfold(supervisor: Supervisor, goals: Sequence[int]) -> Cells:
         """Return for the rows of ``cells``, which are numbered D n + x: their lengths, events and targets."""
         done, x = np.divmod(cells, n)
         length = degree[x]
-        edge = np.arange(length.sum()) + np.repeat(offsets[x] - np.cumsum(length) + length, length)
+        edge = entries(offsets, x)
         before = np.repeat(np.where(S.marked[x], 0, done), length)
         return length, events[edge], (before | bits[events[edge]]) * n + targets[edge]
 

@@ -62,11 +62,11 @@ class Cheapest:
         anywhere = _as_automaton(cells, S)
         task = replace(anywhere, marked=anywhere.marked & (cells.done == (1 << len(goals)) - 1))
         #: what is tried first, second and last
-        self._plans = (
-            cost_to_go(task, costs, case=case, weights=weights),
-            cost_to_go(task, costs),
-            cost_to_go(anywhere, costs),
-        )
+        self._plans = [cost_to_go(task, costs, case=case, weights=weights)]
+        if case != "best":
+            self._plans.append(cost_to_go(task, costs))
+        if goals:
+            self._plans.append(cost_to_go(anywhere, costs))
         self._automaton, self._price, self._cell = anywhere, numbers_of_events("costs", S, costs), 0
 
     def begin(self) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Any
 
 from thenar.errors import Fault
 from thenar.explicit.timed import TICK
@@ -14,11 +13,13 @@ from thenar.model.trace import Trace
 from thenar.runtime.binding import check_binding
 from thenar.runtime.bus import EventBus
 from thenar.runtime.clock import Clock, VirtualClock
-from thenar.runtime.driver import Detector, Driver, Signal
+from thenar.runtime.conduct import Conduct
+from thenar.runtime.course import Course
+from thenar.runtime.driver import Driver, Signal
 from thenar.runtime.follow import Follower
 from thenar.runtime.policy import Policy
 from thenar.runtime.record import Entry, Journal, Sink
-from thenar.runtime.run import COMPLETE, GAVE_UP, STOPPED, Run
+from thenar.runtime.run import STOPPED, Run
 from thenar.runtime.watchdog import RunLimits, Watchdog
 
 __all__ = ["RunLimits", "execute"]
@@ -26,7 +27,6 @@ __all__ = ["RunLimits", "execute"]
 OnEntry = Callable[[Entry], object]
 OnTick = Callable[[float, str | None, str | None], object]
 
-_POLL_PERIOD_S = 0.010  # how often a skill that is not ready is asked again
 _PROGRESS_PERIOD_S = 0.050  # 20 Hz, what an eye can follow
 
 
@@ -53,9 +53,11 @@ def execute(
     state of the supervisor that was visited before.  It is complete if all events of ``through`` happened since
     the last marked state.
 
-    An event ``tick`` is the clock's: it comes when nothing has happened for as long as the driver's detector of that
-    name expects.  Where the supervisor forces (:func:`supcon_forcing`) the policy chooses among the forced events only,
-    at once; a tick that comes first all the same is a violation.
+    An event called ``tick`` is the clock's: it comes when nothing has happened for as long as the driver's detector of
+    that name expects.  A tick that leads to another state lets a policy that waits choose anew.  Where the supervisor
+    forces (:func:`supcon_forcing`) the policy chooses among the forced events only, at once; a tick that comes first
+    all the same is a violation.  No uncontrollable event is started, though it be forcible: :func:`fit_to_run` tells
+    where a supervisor counts on that.
 
     What takes too long is the event ``timeout_1`` or ``timeout_2`` where the plant can do it.  Otherwise it, and
     any Fault or other exception, is a safe stop: the Run says why, and so does the last entry of the log.
@@ -67,7 +69,7 @@ def execute(
 
     >>> from thenar.explicit.products import sync
     >>> from thenar.library.classics import small_factory
-    >>> from thenar.runtime.driver import Skill
+    >>> from thenar.runtime.driver import Detector, Skill
     >>> from thenar.runtime.policy import Priority
     >>> from thenar.synthesis.api import synthesize
     >>> class Factory:
@@ -91,72 +93,57 @@ def execute(
     ('complete', Trace('start_1, finish_1, start_2, finish_2'))
     """
     check_binding(supervisor.automaton.alphabet, driver)
-    loop, journal = Follower(supervisor, plant), Journal(log, on_entry)
-    execution = _Execution(loop, driver, policy, through, limits or RunLimits(), journal, on_tick)
-    return execution.run(clock or VirtualClock())
+    limits = limits or RunLimits()
+    course = Course(Follower(supervisor, plant), driver, policy, through, Journal(log, on_entry))
+    own = [e.name for e in course.loop.alphabet if not e.controllable and e.name in driver.detectors]
+    watchdog = Watchdog(driver, [name for name in own if name != TICK.name], limits)
+    conduct = Conduct(course, driver, watchdog, limits)
+    return _Execution(course, conduct, driver, watchdog, limits, on_tick).run(clock or VirtualClock())
 
 
 class _Execution:
-    """One run: where the loop is, what is under way, and when something is due."""
+    """One run: what comes in is put into the loop, and what is due is done."""
 
     def __init__(
         self,
-        loop: Follower,
+        course: Course,
+        conduct: Conduct,
         driver: Driver,
-        policy: Policy,
-        through: Sequence[str],
+        watchdog: Watchdog,
         limits: RunLimits,
-        journal: Journal,
         on_tick: OnTick | None,
     ) -> None:
-        self.loop, self.driver, self.policy = loop, driver, policy
-        self.journal, self.on_tick = journal, on_tick
-        self.bus = EventBus(loop.alphabet, driver, max_delay_s=limits.delay_s)
-        own = [e.name for e in loop.alphabet if not e.controllable and e.name in driver.detectors and e != TICK]
-        self.watchdog, self.limits = Watchdog(driver, own, limits), limits
-        self.by = f"policy:{policy.name}"
-        self.goals = {loop.alphabet.index(name) for name in through}
-        self.done: set[int] = set()  # the goals, since the last marked state
-        self.clock = next((k for k, e in enumerate(loop.alphabet) if e == TICK), None)
-        self.tick_period_s = math.inf if self.clock is None else driver.detectors[TICK.name].expected_s
-        self.visited = {loop.supervisor_state}
-        self.trace: list[str] = []
-        self.violations: list[str] = []
-        self.ended: tuple[str, str] | None = None
-
-        self.now = driver.time_s
-        self.tick_s = self.now + self.tick_period_s
-        self.running: int | None = None  # the event whose skill is under way
-        self.commanded: int | None = None  # the command whose motion may still be under way
-        self.asked = False  # the policy, in this state
-        self.chosen: int | None = None  # by the policy, not yet ready
-        self.patience_end_s = math.inf
-        self.refused: dict[int, str] = {}  # what was chosen in this state, and why it did not get ready
-        self.due_s = self.now
-        self.poll_s = math.inf
-        self.progress_s = self.now if on_tick else math.inf
+        self.course, self.conduct, self.loop = course, conduct, course.loop
+        self.driver, self.watchdog, self.on_tick = driver, watchdog, on_tick
+        self.bus = EventBus(self.loop.alphabet, driver, max_delay_s=limits.delay_s)
+        clocked = self.loop.clock is not None
+        self.tick_period_s = driver.detectors[TICK.name].expected_s if clocked else math.inf
+        self.due_s = course.now
+        self.progress_s = course.now if on_tick else math.inf
 
     def run(self, clock: Clock) -> Run:
         """Run to the end, come what may."""
         error: BaseException | None = None
         try:
-            self.policy.begin()
-            self._note("begin", policy=self.policy.name, **self.loop.describe(), sensors=self.driver.snapshot())
-            self._decide()
+            self.course.begin()
+            self.conduct.decide()
             self._turn(clock)
         except Fault as fault:
-            error, self.ended = fault, (STOPPED, str(fault))
+            error = fault
+            self.course.stop(str(fault))
         except KeyboardInterrupt as interrupt:
-            error, self.ended = interrupt, (STOPPED, "interrupted from the keyboard")
+            error = interrupt
+            self.course.stop("interrupted from the keyboard")
         except Exception as failure:
-            error, self.ended = failure, (STOPPED, f"{type(failure).__name__}: {failure}")
+            error = failure
+            self.course.stop(f"{type(failure).__name__}: {failure}")
         return self._finish(error)
 
     def _turn(self, clock: Clock) -> None:
         """Tick until the run has ended; a tick without news is one comparison."""
-        driver, tick, pace = self.driver, self.driver.tick, clock.pace
+        course, driver, tick, pace = self.course, self.driver, self.driver.tick, clock.pace
         last = driver.time_s
-        while self.ended is None:
+        while course.ended is None:
             signals = tick()
             now = driver.time_s
             if not now > last:
@@ -168,251 +155,91 @@ class _Execution:
 
     def _attend(self, signals: Sequence[Signal], now: float) -> None:
         """Handle a tick in which something came, or something is due."""
-        self.now = now
+        course, conduct, watchdog = self.course, self.conduct, self.watchdog
+        course.now = now
         try:
             arranged = self.bus.arrange(signals, now, self._alarms())
         except Fault:
             for signal in signals:
-                self._note("note", event=signal.event, message="came in the tick of a fault; not handled")
+                course.note("note", event=signal.event, message="came in the tick of a fault; not handled")
             raise
         for signal in arranged:
-            if self.ended is None:
+            if course.ended is None:
                 self._happen(signal)
             else:
-                self._note("note", event=signal.event, message="came when the run had ended")
-        if self.ended is None and now >= self.tick_s:
+                course.note("note", event=signal.event, message="came when the run had ended")
+        if course.ended is None and now >= course.event_s + self.tick_period_s:
             self._pass_time()
-        if self.ended is None:
-            self.watchdog.look(now)
-        if self.ended is None and now >= self.watchdog.deadline_s:
-            self.ended = STOPPED, self.watchdog.message
-        if self.ended is None and self.running is None and (not self.asked or now >= self.poll_s):
-            self._decide()
+        if course.ended is None:
+            watchdog.look(now)
+        if course.ended is None and now >= watchdog.deadline_s:
+            course.stop(watchdog.message)
+        if course.ended is None and conduct.running is None and (not conduct.asked or now >= conduct.poll_s):
+            conduct.decide()
         if now >= self.progress_s and self.on_tick:
             self.progress_s = now + _PROGRESS_PERIOD_S
-            running = None if self.running is None else self.loop.events[self.running]
-            self.on_tick(now, self.trace[-1] if self.trace else None, running)
-        self.due_s = min(self.watchdog.due_s, self.poll_s, self.progress_s, self.tick_s)
-
-    def _finish(self, error: BaseException | None) -> Run:
-        """Stop the driver if that is called for, write the last entry and return the run."""
-        outcome, message = self.ended or (STOPPED, "")
-        try:
-            self.driver.stop()
-            self.now = max(self.now, self.driver.time_s)
-        except Exception as failure:
-            message += f"; and the driver does not stop: {type(failure).__name__}: {failure}"
-        try:
-            self._note("end", outcome=outcome, message=message, violations=list(self.violations))
-        except Exception as failure:  # a full disk must not hide why the run ended
-            message += f"; and the log has no end: {failure}"
-        if isinstance(error, KeyboardInterrupt):
-            raise error
-        trace, entries, violations = Trace(self.trace), tuple(self.journal.entries), tuple(self.violations)
-        return Run(outcome, message, trace, entries, violations, self.now, error)
-
-    # -- events --------------------------------------------------------------------------------------------
+            running = None if conduct.running is None else self.loop.events[conduct.running]
+            self.on_tick(now, course.trace[-1] if course.trace else None, running)
+        self.due_s = min(watchdog.due_s, conduct.poll_s, self.progress_s, course.event_s + self.tick_period_s)
 
     def _alarms(self) -> list[str]:
         """Return the watchdog's event, if something is overdue and the plant can do it."""
         watchdog, alphabet = self.watchdog, self.loop.alphabet
-        if self.now < watchdog.deadline_s or watchdog.event not in alphabet:
+        if self.course.now < watchdog.deadline_s or watchdog.event not in alphabet:
             return []
         if alphabet[watchdog.event].controllable or not self.loop.possible(alphabet.index(watchdog.event)):
             return []
-        self._note("note", event=watchdog.event, message=watchdog.message)
+        self.course.note("note", event=watchdog.event, message=watchdog.message)
         return [watchdog.event]
 
     def _happen(self, signal: Signal) -> None:
         """Handle one event."""
-        name, loop = signal.event, self.loop
+        name, loop, course = signal.event, self.loop, self.course
         if name not in loop.alphabet:
-            self._note("note", event=name, message="not an event of the model; ignored")
+            course.note("note", event=name, message="not an event of the model; ignored")
             return
         event = loop.alphabet.index(name)
         is_alarm = signal.number < 0
         if loop.controllable[event]:
-            self._complete(event)
-        elif is_alarm and self.now < self.watchdog.deadline_s:
-            self._note("stale", event=name, why="another event came first")
+            self.conduct.succeed(event)
+        elif is_alarm and course.now < self.watchdog.deadline_s:
+            course.note("stale", event=name, why="another event came first")
         elif not loop.possible(event):
-            self._violate(event, f"the plant's model cannot do it in state {loop.plant_name!r}")
+            course.violate(event, f"the plant's model cannot do it in state {loop.plant_name!r}")
         elif event not in loop.row:
-            self._violate(event, f"the supervisor does not follow it from state {loop.supervisor_state}")
+            course.violate(event, f"the supervisor does not follow it from state {loop.supervisor_state}")
         else:
-            self._advance(event, "watchdog" if is_alarm else "detector")
-            self._abort(f"{name} came first")
-
-    def _complete(self, event: int) -> None:
-        """Handle the success of a skill: it counts if the skill is the one under way, and is still enabled."""
-        if event != self.running:
-            self._note("stale", event=self.loop.events[event], why="its skill is not the one under way")
-        elif event not in self.loop.enabled:
-            self._abort("it is disabled now")
-        else:
-            self._execute(event)
-
-    def _execute(self, event: int) -> None:
-        """Let a controllable event happen, unless the supervisor itself, asked once more, disables it."""
-        supervisor, state = self.loop.supervisor, self.loop.supervisor_state
-        self.running = None
-        self.watchdog.rest()
-        if not supervisor.psi(self.loop.events[event], state):
-            self._violate(event, f"the supervisor disables it in state {state}")
-        else:
-            self._reconsider()
-            self._advance(event, self.by)
+            course.advance(event, "watchdog" if is_alarm else "detector")
+            self.conduct.abort(f"{name} came first")
 
     def _pass_time(self) -> None:
         """Let the clock tick; what goes on goes on, if it still may."""
-        loop, event = self.loop, self.clock
+        loop, course, event = self.loop, self.course, self.loop.clock
         assert event is not None
-        before = loop.enabled, loop.forced
         if not loop.possible(event):
-            self._violate(event, f"the plant's model lets no time pass in state {loop.plant_name!r}")
+            course.violate(event, f"the plant's model lets no time pass in state {loop.plant_name!r}")
         elif loop.forced and event not in loop.row:
-            self._violate(event, f"{' or '.join(loop.names(loop.forced))} was forced, and did not come before it")
+            forced = " or ".join(loop.names(loop.forced))
+            course.violate(event, f"{forced} was forced, and did not come before it")
         elif event not in loop.row:
-            self._violate(event, f"the supervisor does not follow it from state {loop.supervisor_state}")
+            course.violate(event, f"the supervisor does not follow it from state {loop.supervisor_state}")
         else:
-            self._advance(event, "clock")
-            if self.running is not None and self.running not in (loop.forced or loop.enabled):
-                self._abort(f"{loop.names(loop.forced)[0]} is forced" if loop.forced else "it is disabled now")
-            elif (loop.enabled, loop.forced) != before:
-                self._reconsider()
+            self.conduct.tick(event)
 
-    def _advance(self, event: int, chosen_by: str) -> None:
-        """Let an event happen in plant and supervisor."""
-        loop = self.loop
-        if loop.marked:
-            self.done.clear()
-        loop.step(event)
-        self.done |= self.goals & {event}
-        self.visited.add(loop.supervisor_state)
-        self.trace.append(loop.events[event])
-        self.tick_s = self.now + self.tick_period_s
-        self.policy.saw(event, loop.supervisor_state)
-        sensors = self.driver.snapshot()
-        self._note("event", event=loop.events[event], **self.loop.describe(), chosen_by=chosen_by, sensors=sensors)
-
-    def _abort(self, why: str) -> None:
-        """End what is under way, a skill or a wait."""
-        self._reconsider()
-        self.watchdog.rest()
-        if self.commanded is not None:
-            self.driver.abort(self.loop.events[self.commanded])  # what a command set going ends with what it led to
-            self.commanded = None
-        if self.running is not None:
-            name, self.running = self.loop.events[self.running], None
-            self.driver.abort(name)
-            self._note("abort", event=name, why=why)
-
-    def _reconsider(self) -> None:
-        """Let the policy be asked anew."""
-        self.asked, self.chosen, self.poll_s = False, None, math.inf
-        self.refused.clear()
-
-    def _violate(self, event: int, why: str) -> None:
-        """End the run: the plant does what its model cannot, or something disabled was about to be executed."""
-        prevented = self.loop.controllable[event]
-        what = "disabled event about to be executed" if prevented else "model violation"
-        message = f"{what}: {self.loop.events[event]!r}: {why}"
-        self.violations.append(message)
-        self.ended = STOPPED, message
-        kind, sensors = "prevented" if prevented else "violation", self.driver.snapshot()
-        self._note(kind, event=self.loop.events[event], message=message, sensors=sensors)
-
-    # -- choices -------------------------------------------------------------------------------------------
-
-    def _decide(self) -> None:
-        """Ask the policy and do what it says; a command happens at once, and then it is asked again."""
-        for _ in range(self.loop.supervisor.n_states + len(self.loop.events)):
-            if (self.chosen is None and not self._ask()) or not self._start():
-                return
-        self.ended = STOPPED, "commands without end: more in one tick than the supervisor has states"
-
-    def _ask(self) -> bool:
-        """Ask the policy; return whether it chose an event that is to be started."""
-        loop = self.loop
-        choices = [e for e in loop.forced or loop.enabled if loop.controllable[e] and e not in self.refused]
-        sensed = [
-            self.driver.detectors[name] for name in loop.names(loop.uncontrollable) if name in self.driver.detectors
-        ]
-        awaited = [d for d in sensed if math.isfinite(d.expected_s) and (d.event != TICK.name or self._time_helps())]
-        if loop.forced:
-            awaited = []  # nobody waits where something has to happen now
-        event = self.policy.choose(loop.supervisor_state, choices, bool(awaited)) if choices else None
-        self.asked, self.poll_s = True, math.inf
-        if event is None:
-            self._idle(choices, awaited)
-        elif event not in choices:
-            raise Fault(f"policy {self.policy.name!r} chose {event!r}, which is not one of {choices}")
-        elif loop.marked and not loop.forced and loop.row[event] in self.visited:
-            self._end()
-        else:
-            self.chosen, self.patience_end_s = event, self.now + self.limits.patience_s
-        return self.chosen is not None
-
-    def _start(self) -> bool:
-        """Start the chosen skill if it is ready; return whether the policy is to be asked again."""
-        event = self.chosen
-        assert event is not None
-        name = self.loop.events[event]
-        why = self.driver.not_ready(name)
-        if why is not None:
-            self.poll_s = self.now + _POLL_PERIOD_S
-            if self.now >= self.patience_end_s or self._another_is_ready(event):
-                self._note("note", event=name, message=f"not ready: {why}")
-                self.refused[event], self.chosen = f"{name}: {why}", None
-            return self.chosen is None
-        skill = self.driver.skills[name]
-        self._note("start", event=name, chosen_by=self.by)
-        self.driver.start(name)
-        self.chosen, self.poll_s = None, math.inf
-        self.commanded = event if skill.commit == "command" else None
-        if skill.commit == "command":
-            self._execute(event)
-            return self.ended is None
-        self.running = event
-        self.watchdog.skill(skill, self.now)
-        return False
-
-    def _another_is_ready(self, event: int) -> bool:
-        """Return whether anything else that is enabled could start now: then nobody waits for ``event``."""
-        loop, not_ready = self.loop, self.driver.not_ready
-        others = (e for e in loop.enabled if loop.controllable[e] and e != event and e not in self.refused)
-        return any(not_ready(loop.events[e]) is None for e in others)
-
-    def _idle(self, choices: Sequence[int], detectors: Sequence[Detector]) -> None:
-        """Start nothing: end the run, wait for what may come, or stop where nothing can."""
-        loop, patience_s = self.loop, self.limits.patience_s
-        where = f"plant state {loop.plant_name!r}, supervisor state {loop.supervisor_state}"
-        if loop.marked and not loop.forced and (choices or not self.refused):
-            self._end()
-        elif detectors and not loop.marked:
-            self.watchdog.wait(detectors, self.now)
-        elif choices:
-            why = f"{' or '.join(loop.names(loop.forced))} is forced" if loop.forced else "nothing can come"
-            self.ended = STOPPED, f"policy {self.policy.name!r} waits where {why}: {where}"
-        elif self.refused:
-            self.ended = STOPPED, f"nothing was ready within {patience_s:g} s: {'; '.join(self.refused.values())}"
-        elif others := [e for e in loop.uncontrollable if e != self.clock]:  # the watchdog's, or there were a detector
-            self.watchdog.nothing(loop.events[others[0]], f"nothing else can happen in {where}", self.now)
-        else:
-            self.ended = STOPPED, f"nothing is enabled in {where}, which is not marked"
-
-    def _time_helps(self) -> bool:
-        """Return whether the supervisor's state is another one after a tick."""
-        return self.clock is not None and self.loop.row.get(self.clock) != self.loop.supervisor_state
-
-    def _end(self) -> None:
-        """End the run in a marked state."""
-        missing = [self.loop.events[e] for e in sorted(self.goals - self.done)]
-        where = f"marked state {self.loop.plant_name!r}"
-        if missing:
-            self.ended = GAVE_UP, f"ended in {where} without {', '.join(missing)}"
-        else:
-            self.ended = COMPLETE, f"ended in {where}"
-
-    def _note(self, kind: str, **fields: Any) -> None:
-        self.journal.note(kind, self.now, **fields)
+    def _finish(self, error: BaseException | None) -> Run:
+        """Stop the driver if that is called for, write the last entry and return the run."""
+        course = self.course
+        outcome, message = course.ended or (STOPPED, "")
+        try:
+            self.driver.stop()
+            course.now = max(course.now, self.driver.time_s)
+        except Exception as failure:
+            message += f"; and the driver does not stop: {type(failure).__name__}: {failure}"
+        try:
+            course.note("end", outcome=outcome, message=message, violations=list(course.violations))
+        except Exception as failure:  # a full disk must not hide why the run ended
+            message += f"; and the log has no end: {failure}"
+        if isinstance(error, KeyboardInterrupt):
+            raise error
+        trace, entries = Trace(course.trace), tuple(course.journal.entries)
+        return Run(outcome, message, trace, entries, tuple(course.violations), course.now, error)

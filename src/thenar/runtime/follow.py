@@ -6,6 +6,7 @@ from typing import Any
 
 from thenar.errors import InputError
 from thenar.explicit.forcing import ForcingSupervisor
+from thenar.explicit.timed import TICK
 from thenar.model.automaton import Automaton
 from thenar.model.supervisor import Supervisor
 
@@ -35,6 +36,7 @@ class Follower:
         "_at",
         "_rows",
         "alphabet",
+        "clock",
         "controllable",
         "enabled",
         "events",
@@ -62,6 +64,8 @@ class Follower:
             raise InputError(f"the plant has events that the supervisor does not know: {', '.join(unknown)}")
         self.events = tuple(e.name for e in self.alphabet)
         self.controllable = tuple(e.controllable for e in self.alphabet)
+        #: the event called tick, which comes when nothing else does
+        self.clock = self.alphabet.index(TICK.name) if TICK.name in self.alphabet else None
         #: position in this alphabet of each of the plant's events
         self._at = tuple(self.alphabet.index(e) for e in plant.alphabet)
         self._enter(supervisor.automaton.initial, plant.initial)
@@ -79,6 +83,7 @@ class Follower:
         #: of what is enabled, the events one of which must be started at once; none where nothing is forced
         self.forced: list[int] = []
         if isinstance(self.supervisor, ForcingSupervisor) and self.supervisor.forcing[supervisor_state]:
+            # no skill makes an uncontrollable event happen, though it may be forcible
             self.forced = [e for e in self.enabled if self.alphabet[e].forcible and self.controllable[e]]
         self.marked = bool(S.marked[supervisor_state] and G.marked[plant_state])
 
@@ -86,9 +91,18 @@ class Follower:
         """Return whether the plant can do ``event`` now."""
         return event in self.plant_row or (event in self.row and self.events[event] not in self.plant.alphabet)
 
+    @property
+    def at(self) -> tuple[int, int]:
+        """The states of supervisor and plant."""
+        return self.supervisor_state, self.plant_state
+
+    def after(self, event: int) -> tuple[int, int]:
+        """Return the states of supervisor and plant after ``event``, which is enabled."""
+        return self.row[event], self.plant_row.get(event, self.plant_state)
+
     def step(self, event: int) -> None:
         """Let ``event``, which is enabled, happen."""
-        self._enter(self.row[event], self.plant_row.get(event, self.plant_state))
+        self._enter(*self.after(event))
 
     def names(self, events: list[int]) -> list[str]:
         """Return the names of ``events``."""

@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thenar.errors import InputError
+from thenar.explicit.components import strong_components
 from thenar.model.supervisor import Supervisor
 from thenar.runtime.binding import check_binding
-from thenar.runtime.cells import Cells, strong_components, unfold
+from thenar.runtime.cells import Cells, unfold
 from thenar.runtime.driver import Driver
 
 __all__ = ["PENALTY_S", "Shortest"]

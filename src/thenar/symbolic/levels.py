@@ -179,7 +179,10 @@ def _most_bytes(limits: Limits | None) -> int:
 
 
 def automaton_part(automaton: Automaton | ExtendedAutomaton) -> Part:
-    """Return the part that an automaton is."""
+    """Return the part that an automaton is; without states it has one value, in which nothing begins."""
+    if not len(automaton.states):
+        nowhere = np.zeros(1, np.bool_)
+        return Part(automaton.name, Listed(("nowhere",)), (), nowhere, nowhere)
     if isinstance(automaton, ExtendedAutomaton):
         masks = (np.array(mask, np.bool_) for mask in (automaton.initial, automaton.marked))
         return Part(automaton.name, Listed(automaton.states), (), *masks)

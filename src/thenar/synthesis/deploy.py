@@ -6,9 +6,11 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from thenar.explicit.control import closed_loop, is_controllable
+from thenar.explicit.control import closed_loop, is_controllable, obeyed
+from thenar.explicit.exploration import Exploration, common_alphabet, ticker
 from thenar.explicit.forcing import ForcingSupervisor, is_forcibly_controllable
 from thenar.explicit.reach import is_nonblocking, path_to
+from thenar.explicit.rows import sources
 from thenar.model.automaton import Automaton
 from thenar.model.supervisor import Supervisor
 from thenar.model.trace import Check
@@ -22,8 +24,12 @@ def fit_to_run(supervisor: Supervisor, plant: Automaton, commands: Iterable[str]
 
     A supervisor exists; S allows every uncontrollable event that the plant can do, or forces another one to come
     before it; S/G is nonblocking; ψ disables no uncontrollable event; and no cycle of S/G consists of ``commands``
-    only: events that take no time, so that it could go round for ever in one instant.  O(|δ| log |Q|) of S/G.  What a
-    program with a scan cycle needs besides, :func:`~thenar.synthesis.implementation.fit_for_sampling` checks.
+    only: events that take no time, so that it could go round for ever in one instant.  Of a
+    :class:`~thenar.explicit.forcing.ForcingSupervisor` also: where it forces, one of the forced events is controllable.
+    An uncontrollable one may be forcible, and synthesis relies on that; but no skill is started for it.
+
+    O(|δ| log |Q|) of S/G.  What a program with a scan cycle needs besides,
+    :func:`~thenar.synthesis.implementation.fit_for_sampling` checks.  Raises UnknownName for an unknown command.
 
     >>> from thenar.explicit.products import sync
     >>> from thenar.library.classics import small_factory
@@ -41,15 +47,39 @@ def fit_to_run(supervisor: Supervisor, plant: Automaton, commands: Iterable[str]
     if not exists:
         return [exists]
     loop = closed_loop(plant, supervisor)
+    checks = [Check("a supervisor exists", True)]
+    if isinstance(supervisor, ForcingSupervisor):
+        checks += [
+            is_forcibly_controllable(supervisor.automaton, plant, preempted=supervisor.preempted),
+            _can_start_what_it_forces(supervisor, plant),
+        ]
+    else:
+        checks.append(is_controllable(supervisor.automaton, plant))
     return [
-        Check("a supervisor exists", True),
-        is_forcibly_controllable(supervisor.automaton, plant, preempted=supervisor.preempted)
-        if isinstance(supervisor, ForcingSupervisor)
-        else is_controllable(supervisor.automaton, plant),
+        *checks,
         is_nonblocking(loop),
         _disables_no_uncontrollable(supervisor),
-        has_bounded_response(loop, [name for name in commands if name in loop.alphabet]),
+        has_bounded_response(loop, commands),
     ]
+
+
+def _can_start_what_it_forces(supervisor: ForcingSupervisor, plant: Automaton) -> Check:
+    title = "forced events can be started"
+    parts = (plant, obeyed(supervisor))
+    alphabet, tick = common_alphabet(parts), ticker()
+    exploration = Exploration(parts, (), alphabet, tick)
+    part = exploration.extract("", tick)
+    loop, x = part.automaton, exploration.coordinates(part.origin)[:, 1]
+    started = np.array([e.controllable and e.forcible for e in alphabet], np.bool_)
+    stuck = supervisor.forcing[x]
+    stuck[sources(loop)[started[loop.events]]] = False
+    path = path_to(loop, stuck)
+    if path is None:
+        return Check(title, True)
+    trace, q = path
+    forced = " or ".join(repr(e.name) for e in loop.enabled(q) if e.forcible)
+    what = f"{forced} is forced there, which no skill can start" if forced else "nothing is left there to force"
+    return Check(title, False, trace, f"{what}: supervisor state {x[q]}")
 
 
 def _disables_no_uncontrollable(supervisor: Supervisor) -> Check:

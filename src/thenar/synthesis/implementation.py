@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from thenar.errors import counted
-from thenar.explicit.components import heights, strong_components
+from thenar.errors import InputError, counted
+from thenar.explicit.components import heights, strong_components, way_round
 from thenar.explicit.control import closed_loop, obeyed
 from thenar.explicit.exploration import Automata
 from thenar.explicit.language import minimize
@@ -65,7 +65,7 @@ def fit_for_sampling(supervisor: Supervisor, plant: Automata, commands: Iterable
     no simultaneity: yes
     no inexact synchronisation: yes
     """
-    chosen = None if commands is None else list(commands)
+    chosen = commands if commands is None or isinstance(commands, str) else list(commands)
     scan = _Scan(closed_loop(plant, supervisor), chosen)
     return [
         scan.bounded(),
@@ -142,7 +142,8 @@ def is_choice_free(loop: Automaton, commands: Iterable[str] | None = None) -> Ch
 
     If sa, sb ∈ L for two commands a and b then sab, sba ∈ L, and they have the same future.  Otherwise
     the supervisor leaves a choice to the program, and what it always takes may keep it from ever getting
-    elsewhere.  The witness is sa.  O(|δ| d log |δ|).   [Fabian and Hellgren 1998: choice]
+    elsewhere.  The witness is sa where b is lost, sab where sba leads elsewhere.  O(|δ| d log |δ|).
+    [Fabian and Hellgren 1998: choice]
 
     >>> loop = Automaton.from_transitions(["fork -left-> tree", "fork -right-> house"], initial="fork")
     >>> print(is_choice_free(loop))
@@ -212,6 +213,8 @@ class _Scan:
     def __init__(self, loop: Automaton, commands: Iterable[str] | None) -> None:
         self.loop = a = minimize(loop)
         chosen = ~a.alphabet.uncontrollable if len(a.alphabet) else np.zeros(0, np.bool_)
+        if isinstance(commands, str):
+            raise InputError(f"commands is a list of events, not the text {commands!r}")
         if commands is not None:
             chosen = np.zeros(len(a.alphabet), np.bool_)
             chosen[[a.alphabet.index(name) for name in commands]] = True
@@ -231,14 +234,9 @@ class _Scan:
             many = counted(int(height.max(initial=0)), "command")
             return Check(title, True, reason=f"at most {many} without an input in between")
         trace, q = path
-        cycle: list[str] = []
-        seen: dict[int, int] = {}
-        while q not in seen:  # each state on the way to a cycle has a successor that is
-            seen[q] = len(cycle)
-            event, q = next((e, t) for e, t in self.bursts.row(q) if height[t] < 0)
-            cycle.append(self.loop.alphabet[event].name)
-        again = ", ".join(cycle[seen[q] :])
-        return Check(title, False, trace + cycle, f"the commands {again} can follow each other without end")
+        onward, cycle = way_round(self.bursts, height, q)
+        why = f"the commands {', '.join(cycle)} can follow each other without end"
+        return Check(title, False, trace + onward + cycle, why)
 
     def burst(self) -> Trace | None:
         """Answer :func:`longest_burst`."""
@@ -299,20 +297,23 @@ class _Scan:
                 return _Wrong((a,), f"command {b!r} was enabled as well, and is not any more")
             return _Wrong((a, b), f"{b}, {a} instead leads elsewhere")
 
-        both = self._pairs(lambda i, j: self.command[i] & self.command[j])
-        return self._check("no choice", wrong, *both, lambda ab, ba: (ab != ba) | (ab < 0))
+        return self._check("no choice", wrong, (True, True), lambda ab, ba: (ab != ba) | (ab < 0))
 
     def avalanche_free(self) -> Check:
         """Answer :func:`is_avalanche_free`."""
 
-        def wrong(i: int, j: int) -> _Wrong:
-            u = self._name(i)
-            return _Wrong((u, u), f"one {u!r} can be taken for two")
-
+        title, a = "no avalanche", self.loop
         single = np.flatnonzero(~self.command)
-        again = self._step(self.loop.targets[single], self.loop.events[single])
-        bad = (again >= 0) & (again != self.loop.targets[single])
-        return self._first("no avalanche", wrong, single[bad], single[bad])
+        again = self._step(a.targets[single], a.events[single])
+        moves = single[(again >= 0) & (again != a.targets[single])]
+        states = np.zeros(a.n_states, np.bool_)
+        states[self.source[moves]] = True
+        path = path_to(a, states)
+        if path is None:
+            return Check(title, True)
+        trace, q = path
+        u = self._name(int(moves[np.argmax(self.source[moves] == q)]))
+        return Check(title, False, Trace([*trace, u, u]), f"one {u!r} can be taken for two")
 
     def interleave_insensitive(self) -> Check:
         """Answer :func:`is_interleave_insensitive`."""
@@ -324,8 +325,7 @@ class _Scan:
                 return _Wrong((u, v), f"a scan reads both at once, and {u!r} cannot be followed after {v!r}")
             return _Wrong((u, v), f"{v}, {u} instead leads elsewhere, and a scan reads both at once")
 
-        both = self._pairs(lambda i, j: ~self.command[i] & ~self.command[j])
-        return self._check("no simultaneity", wrong, *both, lambda uv, vu: uv != vu)
+        return self._check("no simultaneity", wrong, (False, False), lambda uv, vu: uv != vu)
 
     def delay_insensitive(self) -> Check:
         """Answer :func:`is_delay_insensitive`."""
@@ -336,44 +336,52 @@ class _Scan:
                 return _Wrong((u,), f"command {c!r}, decided on before {u!r}, is not enabled any more")
             return _Wrong((u, c), f"the program, which sees {c!r} before {u!r}, takes it for another state")
 
-        i, j = self._pairs(lambda i, j: self.command[i] != self.command[j])
-        i, j = np.where(self.command[i], i, j), np.where(self.command[i], j, i)
         title = "no inexact synchronisation"
-        return self._check(title, wrong, i, j, lambda cu, uc: (uc < 0) | ((cu >= 0) & (cu != uc)))
-
-    def _pairs(self, kind: Callable[[Ints, Ints], Mask]) -> tuple[Ints, Ints]:
-        """Return the pairs i < j of transitions that leave the same state and are of that ``kind``."""
-        m, found = len(self.source), [np.zeros((2, 0), np.int64)]
-        for apart in range(1, int(np.diff(self.loop.offsets).max(initial=0))):
-            i = np.flatnonzero(self.source[: m - apart] == self.source[apart:])
-            found.append(np.stack((i, i + apart))[:, kind(i, i + apart)])
-        i, j = np.concatenate(found, axis=1)
-        return i, j
+        return self._check(title, wrong, (True, False), lambda cu, uc: (uc < 0) | ((cu >= 0) & (cu != uc)))
 
     def _check(
-        self, title: str, wrong: Callable[[int, int], _Wrong], i: Ints, j: Ints, bad: Callable[[Ints, Ints], Mask]
+        self,
+        title: str,
+        wrong: Callable[[int, int], _Wrong],
+        commands: tuple[bool, bool],
+        bad: Callable[[Ints, Ints], Mask],
     ) -> Check:
-        """Return whether no pair is ``bad``, as said by the states after both of its events in either order."""
-        events, targets = self.loop.events, self.loop.targets
-        worse = bad(self._step(targets[i], events[j]), self._step(targets[j], events[i]))
-        return self._first(title, wrong, i[worse], j[worse])
+        """Return whether no pair is ``bad``, as said by the states after both of its events in either order.
 
-    def _first(self, title: str, wrong: Callable[[int, int], _Wrong], i: Ints, j: Ints) -> Check:
-        """Return the check that fails in the pairs of transitions ``i`` and ``j``, and the first of them."""
-        bad = np.zeros(self.loop.n_states, np.bool_)
-        bad[self.source[i]] = True
-        path = path_to(self.loop, bad)
+        Looked at are the pairs of transitions that leave the same state; ``commands`` says which of the two is one.
+        """
+
+        def failing(one: Ints, other: Ints) -> tuple[Ints, Ints]:
+            straight, turned = (
+                (self.command[a] == commands[0]) & (self.command[b] == commands[1])
+                for a, b in ((one, other), (other, one))
+            )
+            turned &= ~straight
+            i, j = (np.concatenate((a[straight], b[turned])) for a, b in ((one, other), (other, one)))
+            worse = bad(*self._after_both(i, j))
+            return i[worse], j[worse]
+
+        m, offsets, states = len(self.source), self.loop.offsets, np.zeros(self.loop.n_states, np.bool_)
+        for apart in range(1, int(np.diff(offsets).max(initial=0))):  # all pairs at once may be too many
+            one = np.flatnonzero(self.source[: m - apart] == self.source[apart:])
+            states[self.source[failing(one, one + apart)[0]]] = True
+        path = path_to(self.loop, states)
         if path is None:
             return Check(title, True)
         trace, q = path
-        found = wrong(*min((int(a), int(b)) for a, b in zip(i, j, strict=True) if self.source[a] == q))
+        row = np.arange(offsets[q], offsets[q + 1])
+        pairs = (failing(row[:-apart], row[apart:]) for apart in range(1, len(row)))
+        found = wrong(*min(pair for i, j in pairs for pair in zip(i.tolist(), j.tolist(), strict=True)))
         return Check(title, False, trace + found.then, found.reason)
+
+    def _after_both(self, i: Ints, j: Ints) -> tuple[Ints, Ints]:
+        """Return where the events of pairs of transitions lead, i first and j first."""
+        events, targets = self.loop.events, self.loop.targets
+        return self._step(targets[i], events[j]), self._step(targets[j], events[i])
 
     def _orders(self, i: int, j: int) -> tuple[str, str, int, int]:
         """Return the names of two events, and where they lead one after the other, and in the other order."""
-        events, targets, one, other = self.loop.events, self.loop.targets, np.array([i]), np.array([j])
-        after = self._step(targets[one], events[other])
-        instead = self._step(targets[other], events[one])
+        after, instead = self._after_both(np.array([i]), np.array([j]))
         return self._name(i), self._name(j), int(after[0]), int(instead[0])
 
     def _name(self, transition: int) -> str:

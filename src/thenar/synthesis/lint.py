@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from thenar._native import kernel
 from thenar.errors import Mistake, did_you_mean
 from thenar.explicit.exploration import ticker
-from thenar.explicit.rows import sources
+from thenar.explicit.rows import row_offsets, sources
 from thenar.model.automaton import Automaton
 from thenar.model.expressions import TRUE, Constant
 from thenar.model.extended import Edge, ExtendedAutomaton, ExtendedProblem
@@ -27,7 +28,8 @@ def lint(
 ) -> list[Mistake]:
     """Return what is suspicious in ``problem``, in the order of its parts; an empty list if nothing is.
 
-    Plants and specifications run together, without a supervisor, and of the states that they reach it is said
+    Every automaton should have a state.  Plants and specifications run together, without a supervisor, and of the
+    states that they reach it is said
 
     * that none of them is marked
     * which states of an automaton are not among them
@@ -41,7 +43,8 @@ def lint(
     there makes it wait for nothing.  In a plain problem each automaton should share an event with another one, and
     a specification with a plant.
 
-    One saturation, and a few set operations for each event and update.  Raises LimitReached at one of ``limits``.
+    One saturation, a walk over its diagram, and a few set operations for each event and update.  Raises LimitReached
+    at one of ``limits``.
 
     >>> from thenar.model.extended import Variable
     >>> tap = ExtendedAutomaton.from_edges("TAP", [("on", "drip", "on", "", {"level": "level + 1"})],
@@ -50,6 +53,8 @@ def lint(
     ...     print(mistake)
     automaton 'TAP': on -drip-> on: level := level + 1 leaves 0..9, for example where level == 9; there ...
     """
+    if nowhere := [Mistake(f"automaton {a.name!r}", "has no states") for a in problem.automata if not len(a.states)]:
+        return nowhere
     encoding = Encoding(problem, ticker(limits, progress), limits=limits)
     reachable = reach(encoding)
     found = []
@@ -58,11 +63,10 @@ def lint(
         return [Mistake(where, "no state satisfies the initial conditions of all parts")]
     if not reachable & encoding.marked:
         found.append(Mistake(where, "no marked state is ever reached"))
+    taken = _values(encoding, reachable)
     for k, automaton in enumerate((*problem.plants, *problem.specs)):
         found += _alone(problem, automaton, is_spec=k >= len(problem.plants))
-        part = encoding.parts[k]
-        hit = [bool(reachable & encoding.literal(k, np.arange(part.size) == v)) for v in range(part.size)]
-        never = [part.labels[v] for v in range(part.size) if not hit[v]]
+        never = [encoding.parts[k].labels[v] for v in np.flatnonzero(~taken[k]).tolist()]
         if never:
             found.append(Mistake(f"automaton {automaton.name!r}", f"never reaches its state {_listed(never)}"))
     known = {e.name: e for e in encoding.events}
@@ -78,6 +82,25 @@ def lint(
                 m for edge in automaton.edges if edge.updates for m in _overflow(encoding, reachable, automaton, edge)
             ]
     return found
+
+
+def _values(encoding: Encoding, states: kernel.Set) -> list[NDArray[np.bool_]]:
+    """Return for each part which of its values it has in ``states``; there are some."""
+    size = np.array([0, *(encoding.parts[k].size for k in encoding.order[::-1])])  # of each level; 0 is below them all
+    levels, children = states.dump()
+    level = np.concatenate(([0, 0], levels)).astype(np.int64)  # of each node
+    owner = np.repeat(level[2:], size[level[2:]])
+    value = np.arange(len(children)) - np.repeat(row_offsets(size[level[2:]])[:-1], size[level[2:]])
+    into, from_ = np.append(level[children], level[-1]), np.append(owner, len(size))  # the last one leads to the top
+    real = np.append(children != 0, True)
+    # a branch that passes levels by leaves them free
+    passed = np.zeros(len(size) + 1, np.int64)
+    np.add.at(passed, into[real] + 1, 1)
+    np.add.at(passed, from_[real], -1)
+    taken = np.repeat(np.cumsum(passed)[:-1] > 0, size)
+    taken[row_offsets(size)[owner[real[:-1]]] + value[real[:-1]]] = True
+    by_level = np.split(taken, np.cumsum(size)[:-1])
+    return [by_level[encoding.level[k]] for k in range(len(encoding.parts))]
 
 
 def _why_never(problem: Problem | ExtendedProblem, event: EventRelation, reachable: kernel.Set) -> str:

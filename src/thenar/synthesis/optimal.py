@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import replace
 
 import numpy as np
 
+from thenar.errors import InputError, counted
 from thenar.explicit.control import closed_loop, condat
-from thenar.explicit.cost import Case, Costs, CostToGo, cost_to_go
-from thenar.explicit.exploration import Automata
+from thenar.explicit.cost import Case, Costs, CostToGo, least_cost
+from thenar.explicit.exploration import Automata, ticker
+from thenar.explicit.forcing import ForcingSupervisor
 from thenar.explicit.reach import reachable
 from thenar.explicit.rows import kept
 from thenar.model.limits import Limits, Progress
@@ -39,7 +42,8 @@ def optimal_supervisor(
     finite value reach a marked state, at a cost of at most this value.  Where the value is infinite, and in
     marked states, nothing more is forbidden.  So the result is nonblocking if S/G is.
 
-    O(|δ| log |Q|) of S/G; for expected costs see there.  Errors as for cost_to_go and closed_loop.
+    O(|δ| log |Q|) of S/G; for expected costs see there.  Errors as for cost_to_go and closed_loop; InputError for a
+    supervisor that forces events: who must act at once cannot wait, and what that costs is not defined.
     [Sengupta and Lafortune, SIAM Journal on Control and Optimization 36(2), 1998, without their costs of disabling]
 
     >>> from thenar.model.automaton import Automaton
@@ -54,8 +58,15 @@ def optimal_supervisor(
     4.0 enabled: drive; disabled: fly, walk
     6.0 enabled: fly, walk; disabled: drive
     """
+    if isinstance(supervisor, ForcingSupervisor) and supervisor.forcing.any():
+        where = counted(int(supervisor.forcing.sum()), "state")
+        raise InputError(
+            f"optimal_supervisor: the supervisor forces events in {where}, where nobody may wait; "
+            "costs are defined for supervisors that only disable"
+        )
+    begun = time.perf_counter()
     loop = closed_loop(plant, supervisor, limits=limits, progress=progress)
-    found = cost_to_go(loop, costs, case=case, weights=weights, limits=limits, progress=progress)
+    found = least_cost(loop, costs, case, weights, ticker(limits, progress, time.perf_counter() - begun))
     free = loop.alphabet.uncontrollable[loop.events] if loop.n_transitions else np.zeros(0, np.bool_)
     best = reachable(kept(loop, free | found.chosen))
     return condat(plant, replace(best, name=supervisor.automaton.name)), found

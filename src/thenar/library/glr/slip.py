@@ -70,8 +70,8 @@ def sensor() -> Automaton:
 def spec4() -> Automaton:
     """Return specification 4, which now also says that slip is answered by more grip, before it comes again.
 
-    Until then nothing else is done with the object.  Only slip that ends the task, the third one while loading, needs
-    no answer: both fingers return.
+    Until then nothing else is done with the object.  No answer is needed where the task ends: at the third slip while
+    loading, and when a finger has lost contact.  Then both fingers return.
     """
     paper = automata.spec4()
     moved = {("not_loading", "incip_slip*"): "slip_0", ("not_loading", "inc_gripF*"): None}
