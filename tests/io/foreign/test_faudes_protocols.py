@@ -156,6 +156,29 @@ def test_synthesis() -> None:
     assert sizes(thenar.supcon(*closed))["Transitions"] == super_cl["Transitions"]
 
 
+def test_relative_closure() -> None:
+    given = dict(answers("syn_1_simple_lua.prot"))
+    machine = generator("verysimplemachine")
+    plant = thenar.sync(version(machine, "1"), version(machine, "2"))
+    path = FOLDER / "synthesis" / "buffer.gen"
+    buffer = faudes.loads(path.read_bytes(), path.name)
+    assert isinstance(buffer, Automaton)
+    spec = inverse_project(under(buffer, plant.alphabet), plant.alphabet)
+    supervisor = thenar.supcon(plant, spec)
+    assert bool(thenar.is_relatively_closed(supervisor, plant)) == given["super relclosed"]
+
+
+@pytest.mark.parametrize("k", [1, 2])
+def test_reduction(k: int) -> None:
+    """The states are as many; our transitions are more, as events that never move the supervisor stay in it."""
+    wanted = dict(answers("syn_3_reduction_lua.prot"))[f"red{k}"]
+    assert isinstance(wanted, dict)
+    plant, supervisor = (faudes.loads((FOLDER / "synthesis" / f"{n}{k}.gen").read_bytes(), n) for n in ("plant", "sup"))
+    assert isinstance(plant, Automaton)
+    assert isinstance(supervisor, Automaton)
+    assert thenar.supreduce(plant, supervisor).n_states == wanted["States"]
+
+
 # -- every file ----------------------------------------------------------------------------------------------
 
 
