@@ -60,8 +60,13 @@ def quick(table: AutomatonTable, name: str, known: Alphabet) -> Automaton | None
     ends = ids.reshape(-1, 3)[:, ::2].ravel()
     mentioned = np.flatnonzero(np.bincount(ends, minlength=len(words)))  # in the order in which they first are
     called = [words[w] for w in mentioned.tolist()]
-    number = {state: q for q, state in enumerate(declared or dict.fromkeys([table.initial, *called]))}
-    place[mentioned] = [number.get(state, -1) for state in called]
+    if declared:
+        number = {state: q for q, state in enumerate(declared)}
+        place[mentioned] = [number.get(state, -1) for state in called]
+    else:  # the initial state first, then the others in their order
+        k = called.index(table.initial) if table.initial in called else len(called)
+        number = {state: q for q, state in enumerate([table.initial, *called[:k], *called[k + 1 :]])}
+        place[mentioned] = [*range(1, k + 1), 0, *range(k + 1, len(called))][: len(called)]
     if (labels < 0).any() or (place[mentioned] < 0).any() or not {table.initial, *marked} <= number.keys():
         return None
     if not all(event in known for event in table.alphabet):

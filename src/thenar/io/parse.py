@@ -87,7 +87,7 @@ class Document:
                 self._check_keys()
                 return tomllib.loads(self.text)
             data = self._json()
-            if _SURROGATE.search(self.text):  # two make a character, and one alone makes no text
+            if "\\u" in self.text and _SURROGATE.search(self.text):  # two make a character, and one alone makes no text
                 json.dumps(data, ensure_ascii=False).encode()
             return data
         except json.JSONDecodeError as error:
@@ -138,7 +138,7 @@ class Document:
 
     def _check_keys(self) -> None:
         """Raise ModelError for a key of very many parts."""
-        if not _DOTS.search(self.text):
+        if self.text.count(".") < _PARTS or not _DOTS.search(self.text):
             return
         bare = _OPAQUE.sub(lambda found: "s" + "\n" * found[0].count("\n"), self.text)
         if long := _LONG_KEY.search(bare):
