@@ -141,6 +141,30 @@ def test_more_bits_than_the_explicit_engine_packs_is_a_clear_error() -> None:
         thenar.sync(*toggles(4097))
 
 
+def test_states_beyond_a_near_cache_are_numbered_breadth_first_all_the_same() -> None:
+    """Two rings of 23 stages with 100 steps each, each at its own pace, go to the next stage together."""
+    n, stage = 2300, 100
+
+    def staged(own: str) -> Automaton:
+        rows = [(str(q), own if (q + 1) % stage else "both", str((q + 1) % n)) for q in range(n)]
+        return Automaton.from_transitions(rows, initial="0", marked=["0"], name=own.upper())
+
+    product = thenar.sync(staged("a"), staged("b"))
+    assert product.alphabet.names == ("a", "both", "b")
+    number, targets = {(0, 0): 0}, []
+    for p, q in (queue := [(0, 0)]):
+        ends = ((p + 1) % stage == 0, (q + 1) % stage == 0)
+        steps = [((p + 1) % n, q)] * (not ends[0]) + [((p + 1) % n, (q + 1) % n)] * all(ends)
+        for state in [*steps, *[(p, (q + 1) % n)] * (not ends[1])]:
+            if state not in number:
+                number[state] = len(queue)
+                queue.append(state)
+            targets.append(number[state])
+    assert product.n_states == len(queue) == n * stage
+    assert np.array_equal(product.targets, targets)
+    assert product.states[n] == "|".join(map(str, queue[n]))
+
+
 @pytest.mark.parametrize("forward", [True, False])
 def test_a_long_chain_is_solved_in_linear_time(forward: bool) -> None:
     """Removal that creeps along 200 000 states, one a sweep, would take hours by sweeps alone."""

@@ -57,11 +57,10 @@ std::unique_ptr<PyExploration> explore(std::vector<PyComponent> inputs, In<u8> u
     components.push_back(
         {graph(a.offsets, a.events, a.targets), a.marked.data(), a.own.data(), a.initial, a.plant});
   const u8* first = uncontrollable.data();
-  auto made = Exploration::make(std::move(components), std::vector<u8>(first, first + uncontrollable.shape(0)));
-  auto result = std::make_unique<PyExploration>(PyExploration{std::move(inputs), std::move(made)});
+  const std::vector<u8> free_events(first, first + uncontrollable.shape(0));
   Released free;
-  result->self->run(ticker);
-  return result;
+  auto found = Exploration::explore(components, free_events, ticker);
+  return std::make_unique<PyExploration>(PyExploration{std::move(inputs), std::move(found)});
 }
 
 }  // namespace
@@ -130,14 +129,21 @@ NB_MODULE(kernel, m) {
                      const Layout& l = x.self->layout();
                      return std::make_tuple(l.words, l.shifts, l.bits);
                    })
-      .def_prop_ro("keys",
-                   [](nb::handle_t<PyExploration> h) {
-                     auto& x = *nb::cast<PyExploration&>(h).self;
-                     const nb::dlpack::dtype word{static_cast<u8>(nb::dlpack::dtype_code::UInt),
-                                                  static_cast<u8>(x.key_bytes() * 8), 1};
-                     return nb::ndarray<nb::numpy, nb::ro, nb::ndim<2>>(x.keys(), {x.n_states(), x.layout().n_words}, h,
-                                                                        {}, word);
-                   }, nb::rv_policy::automatic)
+      .def(
+          "keys",
+          [](const PyExploration& x, In<i64> states) {
+            const u64 n = states.shape(0), n_words = x.self->layout().n_words;
+            for (u64 k = 0; k < n; ++k)
+              if (static_cast<u64>(states.data()[k]) >= x.self->n_states()) throw nb::index_error("no such state");
+            auto* out = new std::vector<u64>(n * n_words);
+            nb::capsule owner(out, [](void* p) noexcept { delete static_cast<std::vector<u64>*>(p); });
+            {
+              Released free;
+              x.self->pack(states.data(), n, out->data());
+            }
+            return nb::ndarray<nb::numpy, u64, nb::ndim<2>>(out->data(), {n, n_words}, owner);
+          },
+          "states"_a)
       .def_prop_ro("rank",
                    [](nb::handle_t<PyExploration> h) {
                      auto& x = *nb::cast<PyExploration&>(h).self;

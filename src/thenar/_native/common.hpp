@@ -83,6 +83,7 @@ class Buffer {
     return data_ + size_;
   }
   void take(u64 k) { size_ += k; }
+  void clear() { size_ = 0; }
   // Append n elements without initialising them.
   T* extend(u64 n) {
     T* first = room(n);

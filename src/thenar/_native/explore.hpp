@@ -17,6 +17,12 @@ struct Component {
   bool plant;  // false: a specification
 };
 
+// The state of a component that is `code` places after its initial one, in a ring.
+inline u32 ring_state(const Component& c, u64 code) {
+  const u64 n = static_cast<u64>(c.graph.n_states), q = static_cast<u64>(c.initial) + code;
+  return static_cast<u32>(q < n ? q : q - n);
+}
+
 // Where a packed product state keeps the state of each component.
 struct Layout {
   std::vector<u32> words, shifts, bits;
@@ -30,8 +36,15 @@ struct Edge {
   u32 target;
 };
 
+// Where one product state is: in each group of components its code, and the steps from there.
+struct At {
+  std::vector<u32> code;
+  std::vector<const void*> steps;
+};
+
 // What a look at one state needs; made once, used for many states.
 struct Scratch {
+  At at;
   std::vector<u64> plant, spec;  // the events that the plants can do, and that the specifications allow
   std::vector<Edge> row;
 };
@@ -56,6 +69,10 @@ class Rows {
   u64 bytes() const {
     return low_.bytes() + n_free_.bytes() + targets.bytes() + base_.size() * sizeof(u64) + wide_.size() * kNode;
   }
+  // What so many of them take, about.
+  static u64 bytes_for(u64 n_rows, u64 n_targets) {
+    return n_rows * (sizeof(u32) + sizeof(u8)) + n_targets * sizeof(u32);
+  }
   u64 begin(u64 x) const { return base_[x >> shift_] + low_[x]; }
   u64 end(u64 x) const { return x + 1 < low_.size() ? begin(x + 1) : targets.size(); }
   u64 free_end(u64 x) const { return begin(x) + (n_free_[x] < kWide ? n_free_[x] : wide_.at(static_cast<u32>(x))); }
@@ -67,6 +84,19 @@ class Rows {
     if (n_free >= kWide) [[unlikely]] wide_[static_cast<u32>(x)] = static_cast<u32>(n_free);
     low_.push(static_cast<u32>(begin - base_.back()));
     n_free_.push(static_cast<u8>(std::min<u64>(n_free, kWide)));
+  }
+  void clear() {
+    low_.clear();
+    n_free_.clear();
+    targets.clear();
+    base_.clear();
+    wide_.clear();
+  }
+  // Make room for so many rows and transitions in all.
+  void room(u64 n_rows, u64 n_targets) {
+    low_.room(n_rows);
+    n_free_.room(n_rows);
+    targets.room(n_targets);
   }
   void fit() {
     low_.fit();
@@ -88,17 +118,17 @@ class Rows {
 class Exploration {
  public:
   virtual ~Exploration() = default;
-  // Throws TooWide if a product state does not fit its widest packing.
-  static std::unique_ptr<Exploration> make(std::vector<Component> components, std::vector<u8> uncontrollable);
+  // The explored product. Throws TooWide if a product state does not fit the widest packing.
+  static std::unique_ptr<Exploration> explore(const std::vector<Component>& components,
+                                              const std::vector<u8>& uncontrollable, Ticker& ticker);
 
-  // Breadth-first from the initial state; a state in which the plants can do an uncontrollable event that
-  // the specifications forbid is *illegal* and is not expanded.
-  virtual void run(Ticker& ticker) = 0;
+  // From the initial state, which is number 0; a state in which the plants can do an uncontrollable event that
+  // the specifications forbid is *illegal* and is not expanded. Return false if it is `small` but the product is not.
+  virtual bool run(bool small, Ticker& ticker) = 0;
   // Put the transitions of one state, in the order of the alphabet, into `scratch.row`.
   virtual void row(u32 state, Scratch& scratch) const = 0;
-  // The state of every component, packed as in layout(); (n_states, n_words) of 4 or 8 bytes each.
-  virtual const void* keys() const = 0;
-  virtual u32 key_bytes() const = 0;
+  // The states of the components in each of n states, packed as in layout(); out: (n, n_words).
+  virtual void pack(const i64* states, u64 n, u64* out) const = 0;
   const Layout& layout() const { return layout_; }
 
   // Remove illegal states, states from which an uncontrollable event leads to a removed state, and states

@@ -52,9 +52,8 @@ class Exploration:
     def bytes(self) -> int:
         """What the kernel holds for it."""
 
-    @property
-    def keys(self) -> NDArray[np.uint64]:
-        """The packed states, (n_states, words); uint32 where that is enough."""
+    def keys(self, states: NDArray[np.int64]) -> NDArray[np.uint64]:
+        """The states of the components in each of ``states``, packed as ``layout`` says: (len(states), words)."""
 
     @property
     def illegal(self) -> NDArray[np.uint8]: ...

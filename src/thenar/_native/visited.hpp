@@ -1,7 +1,5 @@
-// The states that an exploration has met: by index where memory allows, by hash of the key otherwise.
+// The states that an exploration has met: a set of bits where memory allows, slots by hash of the key otherwise.
 #pragma once
-
-#include <optional>
 
 #include "product.hpp"
 
@@ -36,6 +34,37 @@ class Table {
   void* memory_ = nullptr;
   T* data_ = nullptr;  // memory_, aligned
   u64 size_ = 0;
+};
+
+// A set of numbers below a bound, and how many of them are smaller than each one. Both lie in one word for 32 numbers,
+// 16 times less memory than to keep the number of each, of which a cache holds that much more.
+class Ranked {
+ public:
+  Ranked() = default;
+  explicit Ranked(u64 bound) : words_(bound / 32 + 1) {}
+  static u64 bytes_for(u64 bound) { return (bound / 32 + 1) * sizeof(u64); }
+  u64 bytes() const { return words_.size() * sizeof(u64); }
+  void prefetch(u32 x) const { __builtin_prefetch(&words_[x / 32]); }
+  // Before count(): in the lower half of each the members; the upper half is free for other uses.
+  u64* words() { return &words_[0]; }
+  // Call f for each member, in order; from then on rank() knows.
+  template <class F>
+  void count(F&& f) {
+    u64 n = 0;
+    for (u64 w = 0; w < words_.size(); ++w) {
+      const u64 members = words_[w] & 0xffffffff;
+      words_[w] = members | n << 32;
+      for (u64 left = members; left; left &= left - 1, ++n)
+        f(static_cast<u32>(w * 32 + static_cast<u64>(std::countr_zero(left))));
+    }
+  }
+  u32 rank(u32 x) const {
+    const u64 word = words_[x / 32];
+    return static_cast<u32>(word >> 32) + static_cast<u32>(count_ones(word & low_bits(x % 32)));
+  }
+
+ private:
+  Table<u64> words_;
 };
 
 // Numbers by key, by open addressing. The key lies in the slot and a cache line is searched from the place on and round
@@ -73,100 +102,6 @@ class Slots {
  private:
   Table<Slot> slots_;
   u32 shift_;
-};
-
-enum class By { key, index, address };
-
-template <class K>
-class Visited {
- public:
-  explicit Visited(Product<K>& product) : product_(product) {}
-
-  By by() const { return by_; }
-  u64 bytes() const {
-    return by_ == By::key ? keys_.bytes() : by_ == By::index ? indices_.bytes() : ids_.size() * sizeof(u32);
-  }
-
-  // A state is looked up where prefetch() said that it would be; by() says how.
-  template <By by>
-  u64 prefetch(const K& key, u32 index) const {
-    if constexpr (by == By::address) {
-      __builtin_prefetch(&ids_[index]);
-      return index;
-    } else if constexpr (by == By::index) {
-      const u64 place = indices_.place({index});
-      indices_.prefetch(place);
-      return place;
-    } else {
-      const u64 place = keys_.place(key);
-      keys_.prefetch(place);
-      return place;
-    }
-  }
-  template <By by>
-  u32 find_or_insert(const K& key, u32 index, u64 place, u32 next) {
-    if constexpr (by == By::key) return keys_.find_or_insert(key, place, next);
-    if constexpr (by == By::index) return indices_.find_or_insert({index}, place, next);
-    u32& id = ids_[index];
-    if (!id) id = next + 1;
-    return id - 1;
-  }
-
-  // The bytes that making room for n states takes; 0 if there is room.
-  u64 growth(u64 n) {
-    if (by_ == By::address || (by_ == By::key ? keys_.has_room(n) : indices_.has_room(n))) return 0;
-    next_ = by_;
-    if (Slots<K>::bytes_for(n) < kWorthAnIndex) return Slots<K>::bytes_for(n);
-    if (!span_) span_ = product_.make_index();
-    if (!*span_) return Slots<K>::bytes_for(n);
-    // An array by index touches one word a state and never moves; it may cost as much as slots for four times n.
-    const u64 slots = Slots<Index>::bytes_for(n), all = *span_ * sizeof(u32);
-    next_ = all <= 4 * slots ? By::address : sizeof(K) > sizeof(Index) ? By::index : By::key;
-    return next_ == By::address ? all : slots;
-  }
-  // After growth() has said what it takes.
-  void grow(u64 n, const K* keys, u64 n_keys, u64 n_transitions, Ticker& ticker) {
-    if (next_ == By::address) ids_ = Table<u32>(*span_);
-    if (next_ == By::index) indices_ = Slots<Index>::for_number(n);
-    if (next_ == By::key) keys_ = Slots<K>::for_number(n);
-    else keys_ = Slots<K>();
-    if (next_ == By::address) indices_ = Slots<Index>();
-    by_ = next_;
-    switch (by_) {
-      case By::key: return refill<By::key>(keys, n_keys, n_transitions, ticker);
-      case By::index: return refill<By::index>(keys, n_keys, n_transitions, ticker);
-      case By::address: return refill<By::address>(keys, n_keys, n_transitions, ticker);
-    }
-  }
-
- private:
-  using Index = Key<u32, 1>;
-
-  template <By by>
-  void refill(const K* keys, u64 n_keys, u64 n_transitions, Ticker& ticker) {
-    constexpr u64 kAhead = 32;
-    struct Next {
-      u32 index;
-      u64 place;
-    } next[kAhead];
-    for (u64 k = 0; k < n_keys + kAhead; ++k) {
-      Next& slot = next[k % kAhead];
-      if (k >= kAhead) find_or_insert<by>(keys[k - kAhead], slot.index, slot.place, static_cast<u32>(k - kAhead));
-      if (k < n_keys) {
-        slot.index = by == By::key ? 0 : product_.index(keys[k]);
-        slot.place = prefetch<by>(keys[k], slot.index);
-      }
-      ticker.tick(1, n_keys, n_transitions);
-    }
-  }
-
-  static constexpr u64 kWorthAnIndex = 1 << 18;  // bytes; smaller tables stay in the cache anyway
-  Product<K>& product_;
-  By by_ = By::key, next_ = By::key;
-  Slots<K> keys_;
-  Slots<Index> indices_;
-  Table<u32> ids_;
-  std::optional<u64> span_;  // numbers that make_index() gives; 0: it cannot
 };
 
 }  // namespace thenar

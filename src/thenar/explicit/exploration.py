@@ -90,7 +90,7 @@ class Exploration:
 
     def coordinates(self, states: ArrayLike) -> NDArray[np.int64]:
         """Return (len(states), parts) int64: the state of each part in each of ``states``."""
-        return self.layout.unpack(self.native.keys[np.asarray(states, np.int64)])
+        return self.layout.unpack(self.native.keys(np.ascontiguousarray(states, np.int64)))
 
     def local(self, state: int) -> tuple[list[tuple[Automaton, int]], list[tuple[Automaton, int]]]:
         """Return the plants and the specifications, each with its own state, when the product is in ``state``."""
@@ -105,7 +105,7 @@ class Exploration:
             tuple(p.states for p in self.parts),
             tuple(p.name for p in self.parts),
             self.layout,
-            self.native.keys[states],
+            self.native.keys(states),
         )
 
     def extract(self, name: str, tick: kernel.Ticker) -> Extract:

@@ -58,7 +58,7 @@ def certificate(result: SynthesisResult) -> bytes:
     problem, native = result.plain, evidence.native
     arrays, header = statement(problem)
     widest = max(a.n_states for a in problem.automata)
-    arrays["coords"] = evidence.layout.unpack(native.keys, np.min_scalar_type(widest))
+    arrays["coords"] = evidence.layout.unpack(native.keys(np.arange(native.n_states)), np.min_scalar_type(widest))
     arrays["reason"] = np.array(native.reason)
     arrays["rank"] = np.array(native.rank)
     # Survivors that the supervisor does not reach are left out: no proof refers to them, for a reachable survivor
